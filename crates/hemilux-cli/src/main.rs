@@ -1,0 +1,2 @@
+//! The `hemilux` command.
+fn main() {}
