@@ -1,1 +1,17 @@
-//! To be filled.
+//! Scene descriptions for hemilux: what a file says, with the place where it says it.
+//!
+//! A [`Scene`] is plain, owned data without behaviour: shapes, materials, textures, luminaires, camera and film as
+//! their file describes them, in metres and W·sr⁻¹·m⁻². Importers make it ([`load`]); the renderer prepares it for use.
+//! Nothing here knows of rays or integrators.
+//!
+//! Invariants of a [`Scene`] that [`load`] returns: every index points into its arena, every number is finite, every
+//! transform is invertible, every mesh index is in range, radii are positive.
+
+pub mod diagnostic;
+pub mod geom;
+pub mod scene;
+pub mod spectrum;
+
+pub use diagnostic::{Diagnostic, Severity, SourceMap, Span};
+pub use scene::*;
+pub use spectrum::Rgb;
