@@ -1,0 +1,123 @@
+//! Packs of triangles and their watertight test.
+//!
+//! S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, JCGT 2013: vertices are sheared into a plane
+//! across the ray (the same rounded image for every triangle that shares the vertex) and the signs of three 2D cross
+//! products decide. In `f32` such a sign is right or zero, because rounding is monotone; a zero is settled in `f64`,
+//! where the products are exact. So the decision is that of exact planar geometry and leaves no gaps.
+//!
+//! The distance is then computed in `f64` from the triangle's plane, since its error decides whether a ray hits the
+//! triangle it starts from.
+
+use glam::{DVec3, Vec3};
+
+use crate::ray::LocalRay;
+
+/// Triangles per pack and so per leaf.
+pub(crate) const LANES: usize = 8;
+
+/// Up to [`LANES`] triangles in structure-of-arrays order; missing ones are NaN, which fails every test.
+#[repr(C, align(32))]
+pub(crate) struct TrianglePack {
+    /// Vertex, axis, lane.
+    pub vertex: [[[f32; LANES]; 3]; 3],
+    pub prim: [u32; LANES],
+}
+
+/// True when the triangle can be hit: finite, and not of zero area in exact arithmetic on its coordinates (`f64`
+/// differences and products of `f32` are exact unless the coordinates are spread over more than 2²⁴).
+pub(crate) fn is_proper(v: &[Vec3; 3]) -> bool {
+    let [a, b, c] = v.map(Vec3::as_dvec3);
+    let n = (b - a).cross(c - a);
+    v.iter().all(|p| p.is_finite()) && n != DVec3::ZERO
+}
+
+impl TrianglePack {
+    pub fn new(prims: &[u32], vertices: impl Fn(u32) -> [Vec3; 3]) -> TrianglePack {
+        let mut pack = TrianglePack { vertex: [[[f32::NAN; LANES]; 3]; 3], prim: [0; LANES] };
+        for (lane, &prim) in prims.iter().enumerate().take(LANES) {
+            for (k, p) in vertices(prim).iter().enumerate() {
+                for axis in 0..3 {
+                    pack.vertex[k][axis][lane] = p[axis];
+                }
+            }
+            pack.prim[lane] = prim;
+        }
+        pack
+    }
+
+    /// The lanes whose triangle the line of the ray meets.
+    #[inline(always)]
+    pub fn candidates(&self, ray: &LocalRay) -> u32 {
+        let [kx, ky, kz] = ray.axes;
+        let (ox, oy, oz) = (ray.origin[kx], ray.origin[ky], ray.origin[kz]);
+        let mut x = [[0.0f32; LANES]; 3];
+        let mut y = [[0.0f32; LANES]; 3];
+        for k in 0..3 {
+            let (vx, vy, vz) = (&self.vertex[k][kx], &self.vertex[k][ky], &self.vertex[k][kz]);
+            for i in 0..LANES {
+                let z = vz[i] - oz;
+                x[k][i] = (vx[i] - ox) - ray.shear[0] * z;
+                y[k][i] = (vy[i] - oy) - ray.shear[1] * z;
+            }
+        }
+        let [mut inside, mut zero] = [0u32; 2];
+        for i in 0..LANES {
+            let e0 = x[2][i] * y[1][i] - y[2][i] * x[1][i];
+            let e1 = x[0][i] * y[2][i] - y[0][i] * x[2][i];
+            let e2 = x[1][i] * y[0][i] - y[1][i] * x[0][i];
+            let positive = (e0 > 0.0) & (e1 > 0.0) & (e2 > 0.0);
+            let negative = (e0 < 0.0) & (e1 < 0.0) & (e2 < 0.0);
+            inside |= u32::from(positive | negative) << i;
+            zero |= u32::from((e0 == 0.0) | (e1 == 0.0) | (e2 == 0.0)) << i;
+        }
+        if zero != 0 {
+            inside |= settle(&x, &y, zero);
+        }
+        inside
+    }
+
+    /// The distance to the plane of a candidate, kept between the distances of its vertices: where the ray grazes the
+    /// plane, or lies in it, the candidate is still hit and its neighbours need not cover it.
+    #[inline(always)]
+    pub fn distance(&self, lane: usize, ray: &LocalRay) -> f32 {
+        let [a, b, c] = self.vertices(lane);
+        let n = (b - a).cross(c - a);
+        let t = n.dot(a - ray.origin64) / n.dot(ray.dir64);
+        let kz = ray.axes[2];
+        let [za, zb, zc] = [a, b, c].map(|p| (p[kz] - ray.origin64[kz]) * ray.inv64);
+        // `max` and `min` take the number when the other is NaN.
+        t.max(za.min(zb).min(zc)).min(za.max(zb).max(zc)) as f32
+    }
+
+    /// Barycentric coordinates of vertices 1 and 2.
+    pub fn barycentric(&self, lane: usize, ray: &LocalRay) -> (f32, f32) {
+        let [a, b, c] = self.vertices(lane);
+        let (e1, e2, s) = (b - a, c - a, ray.origin64 - a);
+        let p = ray.dir64.cross(e2);
+        let inv = e1.dot(p).recip();
+        let u = (s.dot(p) * inv).clamp(0.0, 1.0);
+        let v = (ray.dir64.dot(s.cross(e1)) * inv).clamp(0.0, 1.0 - u);
+        (u as f32, v as f32)
+    }
+
+    #[inline(always)]
+    fn vertices(&self, lane: usize) -> [DVec3; 3] {
+        let lane = lane & (LANES - 1);
+        self.vertex.map(|v| DVec3::new(f64::from(v[0][lane]), f64::from(v[1][lane]), f64::from(v[2][lane])))
+    }
+}
+
+/// The lanes of `mask` that are inside when edge signs are exact; an edge belongs to both its triangles.
+#[cold]
+#[inline(never)]
+fn settle(x: &[[f32; LANES]; 3], y: &[[f32; LANES]; 3], mask: u32) -> u32 {
+    let mut inside = 0;
+    for i in (0..LANES).filter(|i| mask >> i & 1 == 1) {
+        let [x, y] = [x, y].map(|c| [f64::from(c[0][i]), f64::from(c[1][i]), f64::from(c[2][i])]);
+        let e = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]];
+        let closed = e.iter().all(|&e| e >= 0.0) || e.iter().all(|&e| e <= 0.0);
+        // All zero: the triangle is seen edge-on, and its neighbours cover it.
+        inside |= u32::from(closed && e.iter().any(|&e| e != 0.0)) << i;
+    }
+    inside
+}
