@@ -1,1 +1,3 @@
-//! To be filled.
+//! Light transport by gathering over a zonal solution, with its error.
+
+pub mod bsdf;

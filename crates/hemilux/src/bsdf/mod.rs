@@ -1,0 +1,469 @@
+//! How surfaces scatter: bidirectional scattering distribution functions as sums of lobes.
+//!
+//! Directions are unit, in the local frame whose z axis is the shading normal, and point away from the surface: `wo` to where
+//! radiance goes (for a camera path), `wi` to where it comes from. A [`Bsdf`] is plain data without heap; its lobes can be
+//! summed ([`Bsdf::eval`]), sampled together ([`Bsdf::sample`]), or each integrated in its own chart ([`Lobe::sample`]).
+//!
+//! | material | lobes | model |
+//! | --- | --- | --- |
+//! | [`Bsdf::diffuse`] | Lambert | |
+//! | [`Bsdf::conductor`] | metal | exact Fresnel; delta or GGX, height-correlated Smith, single scattering |
+//! | [`Bsdf::dielectric`] | glass, or rough reflection and rough refraction | exact Fresnel; B. Walter et al., 2007 |
+//! | [`Bsdf::thin_dielectric`] | pane | both interfaces, unpolarised, all inner bounces |
+//! | [`Bsdf::coated_diffuse`] | gloss, undercoat | inner interreflections of a Lambertian base as a geometric series |
+//! | [`Bsdf::coated_conductor`] | gloss, coated metal; or one mirror | see [`coat`](self) below |
+//! | [`Bsdf::diffuse_transmission`] | Lambert, Lambert through | |
+//! | [`Bsdf::mix`] | those of both | |
+//!
+//! Reflection acts alike on both sides of a surface (metals, coats, Lambert). Grazing directions (|cos θ| < 1e-6 for
+//! anything but Lambert) and directions that are not numbers carry nothing. Values, densities and weights are never
+//! negative, infinite or not a number.
+//!
+//! **What is approximate.** GGX lobes scatter once: what a facet throws at another facet is lost (tests print how much). A rough
+//! coat transmits whatever it does not reflect by single scattering, in the Fresnel sense of a mean plane; anisotropic coats
+//! do so with their geometric mean roughness. A rough coat over a metal widens the metal's facets, α² + (1 - 1/η)² α_coat² / 2
+//! (each of two passages turns a ray by (1 - 1/η) of the tilt of the facet, a reflection by twice the tilt). Interreflection
+//! between coat and rough metal keeps the shape of the first reflection and is right in energy. Index of rough coats and of coats
+//! over metals: [1, 3], clamped.
+
+mod coat;
+pub mod fresnel;
+mod ggx;
+mod lobe;
+
+pub use ggx::SMOOTH_ALPHA;
+pub use lobe::{Branch, Lobe, LobeClass};
+
+use coat::Coat;
+use ggx::Ggx;
+use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
+use lobe::{Event, Shape};
+
+/// Most lobes a [`Bsdf`] holds.
+pub const MAX_LOBES: usize = 8;
+
+/// Indices closer to 1 than this do not refract visibly; a rough interface of such an index counts as smooth, since the half
+/// vector of its refraction has no digits left.
+const NO_REFRACTION: f32 = 1e-3;
+
+/// What is transported from `wi` to `wo`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Radiance, as camera paths carry: a refraction into relative index η divides it by η².
+    Radiance,
+    /// Flux, as light particles carry: a refraction leaves it as it is.
+    Flux,
+}
+
+/// One sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// Direction, local frame, unit.
+    pub wi: Vec3,
+    /// f |cos θi| / density; for delta lobes reflectance over probability.
+    pub weight: Rgb,
+    /// Density per steradian; 0 for delta lobes.
+    pub pdf: f32,
+    /// Whether a delta lobe was sampled.
+    pub delta: bool,
+    /// Whether `wi` is on the other side of the surface from `wo`.
+    pub transmitted: bool,
+    /// Index of the side of `wi` relative to the side of `wo`; 1 for reflection and where nothing refracts.
+    pub eta: f32,
+    /// Index of the lobe in [`Bsdf::lobes`]; 0 from [`Lobe::sample`].
+    pub lobe: u8,
+}
+
+impl BsdfSample {
+    /// What every non-delta reflection has in common.
+    const REFLECTION: BsdfSample = BsdfSample {
+        wi: Vec3::Z,
+        weight: Rgb::BLACK,
+        pdf: 0.0,
+        delta: false,
+        transmitted: false,
+        eta: 1.0,
+        lobe: 0,
+    };
+}
+
+/// A sum of lobes at one point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf {
+    lobes: [Lobe; MAX_LOBES],
+    count: u8,
+    /// Lobes of finite density, a rough dielectric counted once.
+    smooth: u8,
+    delta: bool,
+}
+
+/// `v` in [0, `most`]; 0 if it is not a number.
+fn limited(v: f32, most: f32) -> f32 {
+    if v > 0.0 { v.min(most) } else { 0.0 }
+}
+
+/// Albedos of a texture: [0, 1], not-a-number is 0.
+fn albedo(rgb: Rgb) -> Rgb {
+    rgb.map(|v| limited(v, 1.0))
+}
+
+/// Finite, non-negative optical constants; not-a-number is 0.
+fn optical(rgb: Rgb) -> Rgb {
+    rgb.map(|v| limited(v, 1e5))
+}
+
+/// An index of refraction in [0.01, 100]; not-a-number is 1.
+fn index(eta: f32) -> f32 {
+    if eta.is_nan() { 1.0 } else { eta.clamp(0.01, 100.0) }
+}
+
+impl Bsdf {
+    /// Absorbs everything.
+    pub fn none() -> Bsdf {
+        Bsdf {
+            lobes: [Lobe(Shape::Lambert { albedo: Rgb::BLACK, event: Event::Reflect }); MAX_LOBES],
+            count: 0,
+            smooth: 0,
+            delta: false,
+        }
+    }
+
+    fn one(shape: Shape) -> Bsdf {
+        let mut bsdf = Bsdf::none();
+        bsdf.push(Lobe(shape));
+        bsdf
+    }
+
+    fn two(first: Shape, second: Shape) -> Bsdf {
+        let mut bsdf = Bsdf::one(first);
+        bsdf.push(Lobe(second));
+        bsdf
+    }
+
+    /// Appends a lobe unless it is black; adds Lambertian lobes of one side into one. Room is the caller's business.
+    fn push(&mut self, lobe: Lobe) {
+        if lobe.is_black() || self.count as usize == MAX_LOBES {
+            return;
+        }
+        if let Shape::Lambert { albedo: more, event } = lobe.0 {
+            for present in &mut self.lobes[..self.count as usize] {
+                match &mut present.0 {
+                    Shape::Lambert { albedo, event: e } if *e == event => return *albedo += more,
+                    _ => {}
+                }
+            }
+        }
+        self.lobes[self.count as usize] = lobe;
+        self.count += 1;
+        if lobe.is_delta() {
+            self.delta = true;
+        } else if !is_twin(&lobe) {
+            self.smooth += 1;
+        }
+    }
+
+    /// Lambertian reflection of `albedo` in [0, 1] (clamped), from both sides.
+    pub fn diffuse(albedo: Rgb) -> Bsdf {
+        Bsdf::one(Shape::Lambert { albedo: self::albedo(albedo), event: Event::Reflect })
+    }
+
+    /// Metal of complex index `eta` + i `k` (relative to outside) and GGX roughness `alpha` along the two tangents; a mirror when
+    /// both are below [`SMOOTH_ALPHA`].
+    pub fn conductor(eta: Rgb, k: Rgb, alpha: [f32; 2]) -> Bsdf {
+        Bsdf::one(Shape::Metal { eta: optical(eta), k: optical(k), ggx: Ggx::new(alpha), weight: 1.0 })
+    }
+
+    /// Metal of reflectance `r` at normal incidence: η = 1, k = 2 √r / √(1 - r). 1 reflects everything at every angle.
+    pub fn conductor_reflectance(r: Rgb, alpha: [f32; 2]) -> Bsdf {
+        Bsdf::conductor(Rgb::WHITE, fresnel::k_of_reflectance(albedo(r)), alpha)
+    }
+
+    /// Interface of index `eta` = inside / outside, inside being z < 0; [0.01, 100], clamped. `eta` = 1 passes straight through.
+    /// Smooth when both roughnesses are below [`SMOOTH_ALPHA`] or `eta` is within 0.001 of 1.
+    pub fn dielectric(eta: f32, alpha: [f32; 2]) -> Bsdf {
+        let (eta, ggx) = (index(eta), Ggx::new(alpha));
+        if ggx.is_smooth() || (eta - 1.0).abs() < NO_REFRACTION {
+            return Bsdf::one(Shape::Glass { eta, weight: 1.0 });
+        }
+        let half = |event| Shape::RoughGlass { eta, ggx, event, weight: 1.0 };
+        Bsdf::two(half(Event::Reflect), half(Event::Transmit))
+    }
+
+    /// A pane of index `eta` too thin to displace rays: reflectance R + T² R / (1 - R²) of the unpolarised R, the rest straight on.
+    pub fn thin_dielectric(eta: f32) -> Bsdf {
+        Bsdf::one(Shape::Pane { eta: index(eta), weight: 1.0 })
+    }
+
+    /// Varnish: a coat of index `eta` and roughness `alpha` over a Lambertian base, from both sides. Under a smooth coat
+    /// f = (1 - F(o)) (1 - F(i)) ρ / (π η² (1 - ρ F_int)), F_int the mean internal reflectance; under a rough one 1 - F becomes
+    /// one minus the albedo of the rough reflection.
+    pub fn coated_diffuse(albedo: Rgb, eta: f32, alpha: [f32; 2]) -> Bsdf {
+        let (eta, ggx) = (index(eta), Ggx::new(alpha));
+        let coat = Coat::new(eta, ggx);
+        let mean_transmittance = coat.mean_transmittance();
+        let eta2 = coat.eta * coat.eta;
+        let internal = 1.0 - mean_transmittance / eta2;
+        let scale = self::albedo(albedo).map(|rho| rho / (eta2 * (1.0 - rho * internal)));
+        if coat.eta == 1.0 {
+            return Bsdf::diffuse(albedo);
+        }
+        Bsdf::two(
+            Shape::Gloss { eta: coat.eta, ggx, weight: 1.0 },
+            Shape::Undercoat { scale, coat, mean_transmittance },
+        )
+    }
+
+    /// A coat of index `coat_eta` in [1, 3] (clamped) and roughness `coat_alpha` over a metal of complex index `eta` + i `k`
+    /// *relative to the outside* (it is divided by `coat_eta` here) and roughness `base_alpha`, from both sides.
+    ///
+    /// Both smooth: one mirror, F + (1 - F)² M / (1 - F M). Otherwise the coat's own reflection and a lobe of the metal seen through
+    /// the coat, refracted at the mean plane both ways, times a geometric series of interreflections: see the module text.
+    pub fn coated_conductor(
+        coat_eta: f32,
+        coat_alpha: [f32; 2],
+        eta: Rgb,
+        k: Rgb,
+        base_alpha: [f32; 2],
+    ) -> Bsdf {
+        let coat_eta = index(coat_eta).clamp(1.0, coat::ETA_MAX);
+        if coat_eta == 1.0 {
+            return Bsdf::conductor(eta, k, base_alpha);
+        }
+        let (gloss, base) = (Ggx::new(coat_alpha), Ggx::new(base_alpha));
+        let (eta, k) = (optical(eta) / coat_eta, optical(k) / coat_eta);
+        if gloss.is_smooth() && base.is_smooth() {
+            return Bsdf::one(Shape::CoatedMirror { coat_eta, eta, k, weight: 1.0 });
+        }
+        let coat = Coat::new(coat_eta, gloss);
+        let turn = 0.5 * (1.0 - 1.0 / coat_eta) * (1.0 - 1.0 / coat_eta);
+        let widened = |base: f32, coat: f32| (base * base + turn * coat * coat).sqrt();
+        let ggx = Ggx::new([widened(base.x, gloss.x), widened(base.y, gloss.y)]);
+        let plane = Coat { eta: coat_eta, alpha: 0.0 };
+        Bsdf::two(
+            Shape::Gloss { eta: coat_eta, ggx: gloss, weight: 1.0 },
+            Shape::CoatedMetal {
+                coat,
+                eta,
+                k,
+                ggx,
+                weight: plane.mean_transmittance() / coat.mean_transmittance(),
+            },
+        )
+    }
+
+    /// Lambertian reflection and transmission, from both sides. Both in [0, 1] (clamped); where their sum exceeds 1, both are
+    /// scaled to make it 1.
+    pub fn diffuse_transmission(reflectance: Rgb, transmittance: Rgb) -> Bsdf {
+        let (r, t) = (albedo(reflectance), albedo(transmittance));
+        let scale = (r + t).map(|sum| 1.0 / sum.max(1.0));
+        Bsdf::two(
+            Shape::Lambert { albedo: r * scale, event: Event::Reflect },
+            Shape::Lambert { albedo: t * scale, event: Event::Transmit },
+        )
+    }
+
+    /// (1 - `amount`) `a` + `amount` `b`, `amount` in [0, 1] (clamped). Beyond [`MAX_LOBES`] the lobes faintest at normal incidence
+    /// are dropped: such a surface is too dark, never too bright.
+    pub fn mix(a: &Bsdf, b: &Bsdf, amount: f32) -> Bsdf {
+        let amount = limited(amount, 1.0);
+        let mut bsdf = Bsdf::none();
+        let parts = [(a, 1.0 - amount), (b, amount)];
+        let needed: usize = parts.iter().filter(|p| p.1 > 0.0).map(|p| p.0.lobes().len()).sum();
+        let faintest = if needed > MAX_LOBES { faintest_kept(&parts) } else { 0.0 };
+        for (part, weight) in parts {
+            if weight == 0.0 {
+                continue;
+            }
+            for lobe in part.lobes() {
+                if strength(lobe) * weight >= faintest {
+                    bsdf.push(lobe.scaled(weight));
+                }
+            }
+        }
+        bsdf
+    }
+
+    /// The lobes. Each can be integrated alone; their sum is the whole.
+    #[inline]
+    pub fn lobes(&self) -> &[Lobe] {
+        &self.lobes[..self.count as usize]
+    }
+
+    /// Whether some lobe is a delta lobe.
+    #[inline]
+    pub fn has_delta(&self) -> bool {
+        self.delta
+    }
+
+    /// Whether some lobe has a finite density.
+    #[inline]
+    pub fn has_non_delta(&self) -> bool {
+        self.smooth > 0
+    }
+
+    /// Whether nothing is ever scattered.
+    #[inline]
+    pub fn is_black(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The value f, 1/sr, *without* the cosine; delta lobes are left out.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3, t: Transport) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        for lobe in self.lobes() {
+            sum += lobe.eval(wo, wi, t);
+        }
+        sum
+    }
+
+    /// Density per steradian of [`Bsdf::sample`] over its non-delta outcomes, choice of lobe included.
+    #[inline]
+    pub fn pdf_solid_angle(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.lobes() {
+            [] => 0.0,
+            [only] => only.pdf_solid_angle(wo, wi),
+            _ => self.mixture_density(&self.selection(wo), wo, wi),
+        }
+    }
+
+    /// Samples a direction: a lobe by its estimated albedo with `u_lobe`, a direction in its chart with `u`, both in [0, 1). A rough
+    /// dielectric chooses between reflection and refraction by the Fresnel term of the sampled facet. The weight of a non-delta
+    /// sample is that of the whole non-delta sum.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], t: Transport) -> Option<BsdfSample> {
+        match self.lobes() {
+            [] => None,
+            [only] => only.sample_with(wo, u_lobe, u, t),
+            _ => self.sample_mixture(wo, u_lobe, u, t),
+        }
+    }
+
+    fn sample_mixture(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], t: Transport) -> Option<BsdfSample> {
+        let selection = self.selection(wo);
+        let (index, rest) = self.pick(&selection, u_lobe)?;
+        let lobe = &self.lobes[index];
+        let p = selection[index];
+        let mut sample = if is_leader(lobe) {
+            lobe.sample_rough_glass(wo, rest, u, t)?
+        } else {
+            lobe.sample_with(wo, rest, u, t)?
+        };
+        sample.lobe = index as u8 + (is_leader(lobe) && sample.transmitted) as u8;
+        if sample.delta || self.smooth == 1 {
+            // Nothing else leads there.
+            sample.weight = sample.weight / p;
+            sample.pdf *= p;
+        } else {
+            let pdf = self.mixture_density(&selection, wo, sample.wi);
+            if pdf <= 0.0 {
+                return None;
+            }
+            sample.weight = self.eval(wo, sample.wi, t) * (sample.wi.z.abs() / pdf);
+            sample.pdf = pdf;
+        }
+        Some(sample)
+    }
+
+    /// Probability of each lobe; the halves of a rough dielectric carry that of the pair.
+    #[inline]
+    fn selection(&self, wo: Vec3) -> [f32; MAX_LOBES] {
+        let mut p = [0.0; MAX_LOBES];
+        let mut total = 0.0;
+        for (i, lobe) in self.lobes().iter().enumerate() {
+            if is_twin(lobe) {
+                p[i] = p[i - 1];
+                continue;
+            }
+            // A floor keeps weights bounded where the estimate is too low.
+            let paired = if is_leader(lobe) { lobe.pair_weight() } else { lobe.albedo(wo).mean() };
+            p[i] = paired.max(0.01);
+            total += p[i];
+        }
+        p.map(|p| p / total)
+    }
+
+    /// The lobe that `u` falls on, and where in it, [0, 1).
+    #[inline]
+    fn pick(&self, selection: &[f32; MAX_LOBES], u: f32) -> Option<(usize, f32)> {
+        let mut below = 0.0;
+        let mut last = None;
+        for (i, lobe) in self.lobes().iter().enumerate() {
+            if is_twin(lobe) {
+                continue;
+            }
+            let rest = (u - below) / selection[i];
+            if rest < 1.0 {
+                return Some((i, rest.max(0.0)));
+            }
+            below += selection[i];
+            last = Some((i, 1.0 - f32::EPSILON));
+        }
+        // Rounding may leave u at the end of the last.
+        last
+    }
+
+    #[inline]
+    fn mixture_density(&self, selection: &[f32; MAX_LOBES], wo: Vec3, wi: Vec3) -> f32 {
+        let mut sum = 0.0;
+        for (lobe, p) in self.lobes().iter().zip(selection) {
+            sum += p * lobe.density(wo, wi, true);
+        }
+        sum
+    }
+
+    /// What the diffuse reflection makes of uniform irradiance E on the side of `wo`: it reflects the radiance albedo E / π.
+    pub fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        self.sum_albedo(wo, |lobe| lobe.kind() == LobeClass::Diffuse && !lobe.is_transmissive())
+    }
+
+    /// [`Bsdf::diffuse_albedo`] for irradiance on the other side.
+    pub fn diffuse_transmission_albedo(&self, wo: Vec3) -> Rgb {
+        self.sum_albedo(wo, |lobe| lobe.kind() == LobeClass::Diffuse && lobe.is_transmissive())
+    }
+
+    /// Directional-hemispherical albedo of everything, as flux: a cheap estimate for Russian roulette and feature buffers, with the
+    /// Fresnel term of the mean plane for rough metals and dielectrics.
+    pub fn albedo(&self, wo: Vec3) -> Rgb {
+        self.sum_albedo(wo, |_| true)
+    }
+
+    fn sum_albedo(&self, wo: Vec3, which: impl Fn(&Lobe) -> bool) -> Rgb {
+        self.lobes().iter().filter(|lobe| which(lobe)).fold(Rgb::BLACK, |sum, lobe| sum + lobe.albedo(wo))
+    }
+}
+
+/// The reflecting half of a rough dielectric: the one that is selected for both.
+#[inline]
+fn is_leader(lobe: &Lobe) -> bool {
+    matches!(lobe.0, Shape::RoughGlass { event: Event::Reflect, .. })
+}
+
+/// The refracting half of a rough dielectric.
+#[inline]
+fn is_twin(lobe: &Lobe) -> bool {
+    matches!(lobe.0, Shape::RoughGlass { event: Event::Transmit, .. })
+}
+
+/// Albedo at normal incidence; that of both for the halves of a rough dielectric, so that they stay together.
+fn strength(lobe: &Lobe) -> f32 {
+    if is_leader(lobe) || is_twin(lobe) { lobe.pair_weight() } else { lobe.albedo(Vec3::Z).mean() }
+}
+
+/// The strength below which lobes have to go so that [`MAX_LOBES`] remain.
+fn faintest_kept(parts: &[(&Bsdf, f32); 2]) -> f32 {
+    let mut strengths = [0.0f32; 2 * MAX_LOBES];
+    let all =
+        parts.iter().flat_map(|(bsdf, weight)| bsdf.lobes().iter().map(move |lobe| strength(lobe) * weight));
+    for (slot, s) in strengths.iter_mut().zip(all) {
+        *slot = s;
+    }
+    strengths.sort_by(|a, b| b.total_cmp(a));
+    // Keep fewer rather than part of a tie: the halves of a rough dielectric are one.
+    if strengths[MAX_LOBES] == strengths[MAX_LOBES - 1] {
+        strengths[MAX_LOBES - 1].next_up()
+    } else {
+        strengths[MAX_LOBES - 1]
+    }
+}
