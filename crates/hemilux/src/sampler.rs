@@ -20,10 +20,13 @@ pub struct Sampler {
 /// A set of points that one gather takes at once.
 #[derive(Clone, Copy, Debug)]
 pub enum PointSet {
-    /// One point in each cell of a grid, random within it.
+    /// One point in each of as many cells of a grid as are asked for, random within them, from a random cell on:
+    /// so every single point is uniform over the square even where the grid is larger than the set.
     Jittered {
         /// Cells across and down.
         grid: [u32; 2],
+        /// Cell of point 0.
+        offset: u32,
         /// Address.
         key: Key,
     },
@@ -41,7 +44,9 @@ impl PointSet {
     #[inline]
     pub fn point(&self, i: u32) -> [f32; 2] {
         let uv = match *self {
-            PointSet::Jittered { grid, key } => jittered(i, grid[0], grid[1], key),
+            PointSet::Jittered { grid, offset, key } => {
+                jittered((i + offset) % (grid[0] * grid[1]), grid[0], grid[1], key)
+            }
             PointSet::Sobol { first, key } => sobol(first.wrapping_add(i), key),
         };
         [uv.u, uv.v]
@@ -89,7 +94,11 @@ impl Sampler {
         if grid {
             let columns = (n as f32).sqrt().ceil() as u32;
             let rows = n.div_ceil(columns.max(1));
-            PointSet::Jittered { grid: [columns.max(1), rows.max(1)], key: self.sample.with(d as u64) }
+            let grid = [columns.max(1), rows.max(1)];
+            let key = self.sample.with(d as u64);
+            let cells = grid[0] * grid[1];
+            let offset = ((key.uniform(1) * cells as f32) as u32).min(cells - 1);
+            PointSet::Jittered { grid, offset, key }
         } else {
             PointSet::Sobol { first: self.pass.wrapping_mul(n), key: self.pixel.with(d as u64) }
         }

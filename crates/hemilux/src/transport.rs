@@ -78,7 +78,20 @@ pub struct Start {
 impl<'a> Walker<'a> {
     /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds the rays it traces to `rays`.
     pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
-        let Start { mut origin, mut dir, mut arrival, mut depth } = start;
+        *rays += 1;
+        let hit = self.world.closest(start.origin, start.dir, f32::INFINITY);
+        self.field_radiance_from(start, hit, sampler, rays)
+    }
+
+    /// The same, given what the first ray meets.
+    pub fn field_radiance_from(
+        &self,
+        start: Start,
+        mut hit: Option<Surface>,
+        sampler: &mut Sampler,
+        rays: &mut u64,
+    ) -> Rgb {
+        let Start { mut dir, mut arrival, mut depth, .. } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
@@ -87,8 +100,7 @@ impl<'a> Walker<'a> {
         let mut in_chain = false;
         let mut travelled = 0.0;
         loop {
-            *rays += 1;
-            let Some(s) = self.world.closest(origin, dir, f32::INFINITY) else {
+            let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
                 radiance += beta * chain * self.sky(dir, arrival);
                 break;
@@ -138,8 +150,9 @@ impl<'a> Walker<'a> {
             if beta.is_black() || !roulette(&mut beta, depth, sampler) {
                 break;
             }
-            origin = s.leave(wi);
             dir = wi;
+            *rays += 1;
+            hit = self.world.closest(s.leave(wi), wi, f32::INFINITY);
         }
         radiance
     }
@@ -199,7 +212,7 @@ impl<'a> Walker<'a> {
             return (Rgb::BLACK, GoingOn::All);
         }
         let jitter = sampler.next2();
-        let place = zones.locate(s, jitter);
+        let place = zones.locate(self.world, s, jitter);
         if travelled >= ZONE_TRUST * place.radius {
             (zones.reflected(&place, bsdf, wo), GoingOn::NarrowLobes(bsdf.without_diffuse()))
         } else {

@@ -134,7 +134,11 @@ impl Axis {
             sum += v.abs();
             cumulative.push((sum / total) as f32);
         }
-        Axis { cumulative, negative: values.iter().map(|v| *v < 0.0).collect(), gain: (total / signed) as f32 }
+        Axis {
+            cumulative,
+            negative: values.iter().map(|v| *v < 0.0).collect(),
+            gain: (total / signed) as f32,
+        }
     }
 
     /// Position in [−1, 1] and weight.

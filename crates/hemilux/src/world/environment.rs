@@ -80,7 +80,8 @@ impl Sky {
                 if inside { *radiance } else { Rgb::BLACK }
             }
             Kind::Image { index, layout, .. } => {
-                let Environment::Image { image, scale, to_world, portal, .. } = &scene.environments[*index] else {
+                let Environment::Image { image, scale, to_world, portal, .. } = &scene.environments[*index]
+                else {
                     return Rgb::BLACK;
                 };
                 if let Some(corners) = portal
@@ -243,7 +244,8 @@ impl Table {
                 rows.push((if row_sum > 0.0 { acc / row_sum } else { even }) as f32);
             }
             sum += row_sum;
-            marginal.push((if total > 0.0 { sum / total } else { marginal.len() as f64 / height as f64 }) as f32);
+            marginal
+                .push((if total > 0.0 { sum / total } else { marginal.len() as f64 / height as f64 }) as f32);
         }
         let cells = (width * height) as f64;
         let density =

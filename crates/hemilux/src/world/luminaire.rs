@@ -4,8 +4,10 @@
 //! power (Shirley, Wang and Zimmerman 1996); whole spheres are sampled by the cone they subtend, everything else by
 //! area. Densities name their measure and include the probability of the pick.
 
+#[cfg(test)]
+use super::convert;
 use super::environment::Sky;
-use super::{World, convert, texture};
+use super::{World, texture};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
 use hemilux_scene::geom::{DAffine3, DVec3, Frame, Vec2, Vec3};
 use hemilux_scene::{Emission, FloatParam, Geometry, Profile, Quadric, Rgb, Scene, Wrap};
@@ -526,9 +528,8 @@ fn power_per_area(scene: &Scene, e: &Emission) -> f64 {
             let n = 64;
             let cell = |i: usize| (i as f32 + 0.5) / n as f32;
             let at = |x, y| super::environment::uv_to_direction(layout, Vec2::new(cell(x), cell(y)));
-            let sum: f64 = (0..n * n)
-                .map(|i| profile_factor(scene, profile, at(i % n, i / n)).luminance() as f64)
-                .sum();
+            let sum: f64 =
+                (0..n * n).map(|i| profile_factor(scene, profile, at(i % n, i / n)).luminance() as f64).sum();
             sum / (n * n) as f64
         }
     };
@@ -571,7 +572,12 @@ fn emit_profile(
     let radiance = emission.radiance * profile_factor(scene, &emission.profile, dir);
     let flux = radiance * (PI * (r * r) as f32 / (pdf * item.pick));
     let error = (q.abs() * (2.0 * f32::EPSILON as f64)).as_vec3();
-    Some(EmittedParticle { origin: offset_origin(q.as_vec3(), error, n, dir), dir, flux, luminaire: i as u32 })
+    Some(EmittedParticle {
+        origin: offset_origin(q.as_vec3(), error, n, dir),
+        dir,
+        flux,
+        luminaire: i as u32,
+    })
 }
 
 fn cosine_direction(u: [f32; 2]) -> Vec3 {
@@ -624,8 +630,7 @@ fn sphere_area_point(centre: DVec3, r: f64, u: [f32; 2]) -> (DVec3, DVec3, Vec2)
 
 fn whole_sphere(q: Quadric, to_world: &DAffine3) -> Option<(DVec3, f64)> {
     let Quadric::Sphere { radius, z_min, z_max, phi_max } = q else { return None };
-    let whole =
-        z_min <= -radius && z_max >= radius && phi_max >= 2.0 * std::f64::consts::PI * (1.0 - 1e-9);
+    let whole = z_min <= -radius && z_max >= radius && phi_max >= 2.0 * std::f64::consts::PI * (1.0 - 1e-9);
     let m = to_world.matrix3;
     let scale = m.x_axis.length();
     let gram = m.transpose() * m;
@@ -662,9 +667,8 @@ fn stretch_world(to_world: &DAffine3, n: DVec3) -> f64 {
 fn mean_stretch(q: Quadric, to_world: &DAffine3) -> f64 {
     let n = 32;
     let cell = |i: usize| (i as f32 + 0.5) / n as f32;
-    let sum: f64 = (0..n * n)
-        .map(|i| stretch(to_world, quadric_object_point(q, [cell(i % n), cell(i / n)]).1))
-        .sum();
+    let sum: f64 =
+        (0..n * n).map(|i| stretch(to_world, quadric_object_point(q, [cell(i % n), cell(i / n)]).1)).sum();
     sum / (n * n) as f64
 }
 
@@ -684,7 +688,8 @@ fn quadric_object_point(q: Quadric, u: [f32; 2]) -> (DVec3, DVec3, Vec2) {
             (p, p / radius, Vec2::new(u[0], v as f32))
         }
         Quadric::Disk { height, radius, inner_radius, phi_max } => {
-            let r = (inner_radius * inner_radius + (radius * radius - inner_radius * inner_radius) * b).sqrt();
+            let r =
+                (inner_radius * inner_radius + (radius * radius - inner_radius * inner_radius) * b).sqrt();
             let (s, c) = (phi_max * a).sin_cos();
             let v = (radius - r) / (radius - inner_radius);
             (DVec3::new(r * c, r * s, height), DVec3::Z, Vec2::new(u[0], v as f32))
@@ -725,9 +730,9 @@ mod tests {
         for q in quadrics {
             for u in [[0.1, 0.2], [0.7, 0.9], [0.5, 0.5]] {
                 let (p, n, uv) = quadric_object_point(q, u);
-                let at = convert(q).at(uv.x, uv.y);
-                assert!((at.p - p).length() < 1e-6, "{q:?} {u:?}: {} and {p}", at.p);
-                assert!((at.n.dot(n).abs() - 1.0).abs() < 1e-6);
+                let at = convert(q).eval(uv.x as f64, uv.y as f64);
+                assert!((at.position - p).length() < 1e-6, "{q:?} {u:?}: {} and {p}", at.position);
+                assert!((at.normal.dot(n).abs() - 1.0).abs() < 1e-6);
             }
         }
     }

@@ -54,11 +54,15 @@ impl Group {
 pub(crate) fn convert(q: hemilux_scene::Quadric) -> accel::Quadric {
     use hemilux_scene::Quadric as Q;
     match q {
-        Q::Sphere { radius, z_min, z_max, phi_max } => accel::Quadric::Sphere { radius, z_min, z_max, phi_max },
+        Q::Sphere { radius, z_min, z_max, phi_max } => {
+            accel::Quadric::Sphere { radius, z_min, z_max, phi_max }
+        }
         Q::Disk { height, radius, inner_radius, phi_max } => {
             accel::Quadric::Disk { height, radius, inner_radius, phi_max }
         }
-        Q::Cylinder { radius, z_min, z_max, phi_max } => accel::Quadric::Cylinder { radius, z_min, z_max, phi_max },
+        Q::Cylinder { radius, z_min, z_max, phi_max } => {
+            accel::Quadric::Cylinder { radius, z_min, z_max, phi_max }
+        }
     }
 }
 
@@ -91,10 +95,9 @@ pub struct World {
 impl World {
     /// Build the ray-tracing structure and the list of luminaires.
     pub fn new(scene: Scene) -> World {
-        let mut builder = accel::SceneBuilder::new();
         let mut groups = Vec::with_capacity(scene.objects.len() + 1);
         let (world_group, traced) = Group::new(&scene, &scene.shapes);
-        builder.set_world(traced);
+        let mut builder = accel::SceneBuilder::new(traced);
         groups.push(world_group);
         for object in &scene.objects {
             let (group, traced) = Group::new(&scene, &object.shapes);
@@ -114,11 +117,13 @@ impl World {
         }
         let accel = builder.build();
         let has_holes = groups.iter().flat_map(|g| &g.shapes).any(|s| {
-            s.alpha.is_some() || matches!(scene.materials[s.material.0 as usize].kind, MaterialKind::Interface)
+            s.alpha.is_some()
+                || matches!(scene.materials[s.material.0 as usize].kind, MaterialKind::Interface)
         });
-        let bound = match accel.bounds() {
-            Some((low, high)) => ((low + high) * 0.5, (high - low).length() * 0.5),
-            None => (Vec3::ZERO, 1.0),
+        let box_ = accel.bounds();
+        let bound = match box_.is_empty() {
+            false => ((box_.min + box_.max) * 0.5, (box_.max - box_.min).length() * 0.5),
+            true => (Vec3::ZERO, 1.0),
         };
         let mut world =
             World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, bound };

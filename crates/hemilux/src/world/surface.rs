@@ -88,11 +88,8 @@ impl World {
         };
         if let Some(placement) = placement {
             let m = &placement.to_world;
-            let rows = glam::Mat3::from_mat3a(glam::Mat3A::from_cols(
-                m.matrix3.x_axis.as_vec3a().abs(),
-                m.matrix3.y_axis.as_vec3a().abs(),
-                m.matrix3.z_axis.as_vec3a().abs(),
-            ));
+            let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis].map(|c| c.as_vec3().abs());
+            let rows = glam::Mat3::from_cols(columns[0], columns[1], columns[2]);
             let translation = m.translation.as_vec3().abs();
             local.error = rows * (local.error + gamma(4) * local.p.abs()) + gamma(4) * translation;
             local.p = m.transform_point3(local.p.as_dvec3()).as_vec3();
@@ -206,13 +203,13 @@ fn quadric_point(
     hit: &Hit,
     shape: &hemilux_scene::Shape,
 ) -> Local {
-    let local = super::convert(q).at(hit.u, hit.v);
-    let p = to_group.transform_point3(local.p);
+    let local = super::convert(q).eval(hit.u as f64, hit.v as f64);
+    let p = to_group.transform_point3(local.position);
     // Rebuilt on the surface in f64: what is left is the rounding to f32 and of (u, v), both relative.
     let extent = (p - to_group.translation).abs();
     let error = (p.abs() * gamma(2) as f64 + extent * gamma(8) as f64).as_vec3();
     let flip = shape.reverse_orientation ^ shape.flips_handedness;
-    let n = (to_group.matrix3.inverse().transpose() * local.n).normalize_or_zero();
+    let n = (to_group.matrix3.inverse().transpose() * local.normal).normalize_or_zero();
     let mirrored = to_group.matrix3.determinant() < 0.0;
     // `flips_handedness` follows the placement: the outward side stays outward unless reversed.
     let n = if flip ^ mirrored { -n } else { n };

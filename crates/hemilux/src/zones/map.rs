@@ -144,7 +144,8 @@ impl ZoneMap {
     pub fn for_each_cell(&self, world: &World, mut f: impl FnMut(&[Vec3], u32)) {
         for_each_occurrence(world, |occurrence, group, to_world| {
             let base = self.occurrence[occurrence] as usize;
-            for (prim, cut) in self.cuts[base..base + world.groups[group].prims() as usize].iter().enumerate() {
+            for (prim, cut) in self.cuts[base..base + world.groups[group].prims() as usize].iter().enumerate()
+            {
                 for_each_piece(world, group, to_world, prim as u32, cut.rows, cut.columns, |cell, piece| {
                     let zone = match cut.rows {
                         0 => cut.first,
@@ -265,7 +266,7 @@ fn quadric_pieces(
         (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
         (0.930_568_155_797_026_2, 0.173_927_422_568_726_93),
     ];
-    let world_at = |u: f64, v: f64| placed.transform_point3(q.at(u as f32, v as f32).p);
+    let world_at = |u: f64, v: f64| placed.transform_point3(q.eval(u, v).position);
     for j in 0..rows {
         for i in 0..columns {
             let (u0, v0) = (i as f64 / columns as f64, j as f64 / rows as f64);
@@ -273,20 +274,15 @@ fn quadric_pieces(
             let (mut area, mut normal) = (0.0, DVec3::ZERO);
             for (x, wx) in NODES {
                 for (y, wy) in NODES {
-                    let at = q.at((u0 + x * du) as f32, (v0 + y * dv) as f32);
-                    let cross =
-                        placed.transform_vector3(at.dpdu).cross(placed.transform_vector3(at.dpdv));
+                    let at = q.eval(u0 + x * du, v0 + y * dv);
+                    let cross = placed.transform_vector3(at.dpdu).cross(placed.transform_vector3(at.dpdv));
                     let w = wx * wy * du * dv;
                     area += w * cross.length();
                     normal += cross * w;
                 }
             }
-            let corners = [
-                world_at(u0, v0),
-                world_at(u0 + du, v0),
-                world_at(u0 + du, v0 + dv),
-                world_at(u0, v0 + dv),
-            ];
+            let corners =
+                [world_at(u0, v0), world_at(u0 + du, v0), world_at(u0 + du, v0 + dv), world_at(u0, v0 + dv)];
             let centroid = world_at(u0 + 0.5 * du, v0 + 0.5 * dv);
             f(j * columns + i, &Piece { corners, count: 4, centroid, normal, area });
         }
@@ -320,13 +316,22 @@ impl<'a> Builder<'a> {
         let mut map = ZoneMap::empty();
         map.occurrence.clear();
         map.target = target as f32;
-        Builder { world, target, most_cells, map, areas: Vec::new(), radii: Vec::new(), shared: HashMap::new() }
+        Builder {
+            world,
+            target,
+            most_cells,
+            map,
+            areas: Vec::new(),
+            radii: Vec::new(),
+            shared: HashMap::new(),
+        }
     }
 
     /// `None` if there would be too many cells.
     fn build(mut self) -> Option<ZoneMap> {
         let world = self.world;
-        let instanced: u64 = world.placements.iter().map(|p| world.groups[p.group as usize].prims() as u64).sum();
+        let instanced: u64 =
+            world.placements.iter().map(|p| world.groups[p.group as usize].prims() as u64).sum();
         let coarse = instanced > MOST_INSTANCED;
         let mut fits = true;
         for_each_occurrence(world, |occurrence, group, to_world| {
@@ -393,8 +398,8 @@ impl<'a> Builder<'a> {
                 let placed = *to_world * to_group;
                 let q = convert(q);
                 let step = |along_u: bool| {
-                    let cells = [0.1, 0.3, 0.5, 0.7, 0.9].map(|v: f32| {
-                        let at = if along_u { q.at(0.5, v) } else { q.at(v, 0.5) };
+                    let cells = [0.1, 0.3, 0.5, 0.7, 0.9].map(|v: f64| {
+                        let at = if along_u { q.eval(0.5, v) } else { q.eval(v, 0.5) };
                         placed.transform_vector3(if along_u { at.dpdu } else { at.dpdv }).length()
                     });
                     cells.into_iter().fold(0.0, f64::max)

@@ -105,9 +105,8 @@ impl Deposits {
 
     /// Summed flux of a zone side in a bin (W × particles).
     pub fn flux(&self, side: usize, bin: Bin) -> [f64; 3] {
-        [0, 1, 2].map(|c| {
-            self.flux[side * 9 + bin as usize * 3 + c].load(Ordering::Relaxed) as f64 / self.unit
-        })
+        [0, 1, 2]
+            .map(|c| self.flux[side * 9 + bin as usize * 3 + c].load(Ordering::Relaxed) as f64 / self.unit)
     }
 
     /// Summed squared luminance of deposits of a zone side (W² × particles).
