@@ -30,10 +30,10 @@ const FORMAT: &str = "OpenEXR";
 pub enum Compression {
     /// As they are: for files that are written often, while rendering.
     None,
-    /// Wavelet and Huffman code: the smallest for noisy pictures, the default.
-    #[default]
+    /// Wavelet and Huffman code: a tenth smaller than `Zip` on pure noise, but slow to read.
     Piz,
-    /// Deflate in blocks of 16 rows: the smallest for smooth and empty channels.
+    /// Deflate in blocks of 16 rows: the smallest where some channels are smooth or empty, and quick to read.
+    #[default]
     Zip,
 }
 
@@ -206,12 +206,13 @@ fn guarded<T>(body: impl FnOnce() -> Result<T, ImageError>) -> Result<T, ImageEr
 fn headers(bytes: &[u8]) -> Result<MetaData, ImageError> {
     let meta =
         guarded(|| MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| malformed(&e)))?;
-    let (mut chunks, mut values) = (0_u64, 0_u64);
+    let (mut chunks, mut values, mut least) = (0_u64, 0_u64, 0_u64);
     for header in &meta.headers {
         let count = header.channels.list.len() as u64;
         let size = header.layer_size;
         checked_size(FORMAT, size.0 as u64, size.1 as u64, count)?;
         values = values.saturating_add(count * (size.0 * size.1) as u64);
+        least += size.0 as u64 * size.1 as u64 * count * 2 / densest(header.compression);
         chunks = chunks.saturating_add(header.chunk_count as u64);
         let window = header.shared_attributes.display_window.size;
         checked_size(FORMAT, window.0 as u64, window.1 as u64, count)?;
@@ -226,7 +227,24 @@ fn headers(bytes: &[u8]) -> Result<MetaData, ImageError> {
     if chunks.saturating_mul(16) > bytes.len() as u64 {
         return Err(ImageError::malformed(FORMAT, format!("{chunks} blocks do not fit in the file")));
     }
+    if least > bytes.len() as u64 {
+        return Err(ImageError::malformed(
+            FORMAT,
+            format!("{} bytes cannot hold {values} values", bytes.len()),
+        ));
+    }
     Ok(meta)
+}
+
+/// No file of this compression has more bytes of pixels per byte than this: deflate reaches 1032, the run codes of
+/// the others are bounded by their counters; rounded up generously.
+fn densest(compression: ExrCompression) -> u64 {
+    match compression {
+        ExrCompression::Uncompressed => 1,
+        ExrCompression::RLE => 64,
+        ExrCompression::DWAA(_) | ExrCompression::DWAB(_) => 100_000,
+        _ => 4000,
+    }
 }
 
 fn string(text: &Text) -> String {

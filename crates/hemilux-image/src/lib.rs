@@ -3,7 +3,7 @@
 //! An [`Image`] is planar `f32` with named channels and ordered text metadata. [`read`](read::read) opens EXR,
 //! Radiance HDR, PFM, PNG, JPEG and TGA; [`write`](write::write) makes EXR, HDR, PFM and PNG, always through
 //! [`atomic::write`], so that a file is either the old one or the whole new one. [`tone`] turns
-//! radiance into something to look at.
+//! radiance into something to look at; [`metrics`] and [`flip`] say how different two pictures are.
 //!
 //! ```
 //! use hemilux_image::{Format, Image, read_bytes, write::encode};
@@ -24,7 +24,9 @@ pub mod atomic;
 pub mod buffer;
 pub mod error;
 pub mod exr;
+pub mod flip;
 pub mod hdr;
+pub mod metrics;
 pub mod pfm;
 pub mod png;
 mod raster;
