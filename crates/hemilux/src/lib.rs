@@ -10,8 +10,10 @@
 pub mod bsdf;
 pub mod film;
 pub mod gather;
+pub mod picture;
 pub mod render;
 pub mod sampler;
+pub mod sensor;
 pub mod transport;
 pub mod world;
 pub mod zones;
