@@ -138,3 +138,20 @@ fn a_lamp_and_its_image_in_a_mirror() {
     let truth = 1.423525087 + 0.339551070 * reflectance;
     assert_is("lamp and image", e, truth, 1.423525087);
 }
+
+/// From inside a luminaire: it surrounds the receiver, wherever that is.
+#[test]
+fn inside_an_emitting_sphere() {
+    let mut scene = empty();
+    let m = black(&mut scene);
+    sphere(&mut scene, [0.0; 3], 1.0, true, m, emission(1.0));
+    let world = World::new(scene);
+    for (p, n) in [
+        ([0.0, 0.0, 0.0], [0.0, 0.3, 1.0]),
+        ([0.0, 0.0, 0.9], [1.0, 0.0, 0.0]),
+        ([0.0, 0.0, 0.999], [0.0, 0.0, -1.0]),
+    ] {
+        let e = path_irradiance(&world, p, n, 4000);
+        assert_is(&format!("inside at {p:?}"), e, PI, PI * 1.02);
+    }
+}

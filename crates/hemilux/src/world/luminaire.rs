@@ -280,10 +280,12 @@ impl Luminaires {
         item.pick
             * match &item.emitter {
                 Emitter::Triangle { .. } => by_area(item.area),
-                Emitter::Quadric { sphere: Some((centre, r)), .. } => match cone(from, *centre, *r) {
-                    Some((_, _, height)) => (0.5 / std::f64::consts::PI / height) as f32,
-                    None => by_area(item.area),
-                },
+                Emitter::Quadric { sphere: Some((centre, r)), sign, .. } => {
+                    match cone(from, *centre, *r, *sign) {
+                        Some((_, _, height)) => (0.5 / std::f64::consts::PI / height) as f32,
+                        None => by_area(item.area),
+                    }
+                }
                 Emitter::Quadric { to_world, area_object, .. } => {
                     by_area((area_object * stretch_world(to_world, n.as_dvec3())) as f32)
                 }
@@ -350,7 +352,7 @@ impl Luminaires {
                 Some((q, error, *n, st, None, Density::Area(1.0 / item.area)))
             }
             Emitter::Quadric { sphere: Some((centre, r)), sign, .. } => {
-                let Some((axis, distance, height)) = cone(from, *centre, *r) else {
+                let Some((axis, distance, height)) = cone(from, *centre, *r, *sign) else {
                     let (q, n, uv) = sphere_area_point(*centre, *r, u);
                     let error = q.abs().as_vec3() * (2.0 * f32::EPSILON);
                     let n = (n * *sign).as_vec3();
@@ -596,11 +598,14 @@ fn triangle_point(u: [f32; 2]) -> (f32, f32) {
     }
 }
 
-/// Axis, distance and height (1 − cos of the half-angle) of the cone that a sphere fills; `None` from inside.
-fn cone(from: Vec3, centre: DVec3, r: f64) -> Option<(DVec3, f64, f64)> {
-    let to = centre - from.as_dvec3();
+/// Axis, distance and height (1 − cos of the half-angle) of the cone that a sphere fills. `None` where sampling by area
+/// has to do: from inside, and as near to the surface as rounding of `from` can tell; always if it emits inward.
+fn cone(from: Vec3, centre: DVec3, r: f64, sign: f64) -> Option<(DVec3, f64, f64)> {
+    let from = from.as_dvec3();
+    let to = centre - from;
     let d2 = to.length_squared();
-    if d2 <= r * r * (1.0 + 1e-9) {
+    let rounding = 8.0 * f32::EPSILON as f64 * (from.abs().max_element() + centre.abs().max_element() + r);
+    if sign < 0.0 || d2 <= (r + rounding).powi(2) {
         return None;
     }
     let sin2 = r * r / d2;
@@ -739,7 +744,7 @@ mod tests {
 
     #[test]
     fn cone_of_a_tiny_sphere_keeps_its_digits() {
-        let (_, _, height) = cone(Vec3::ZERO, DVec3::new(0.0, 0.0, 4.0), 1e-4).unwrap();
+        let (_, _, height) = cone(Vec3::ZERO, DVec3::new(0.0, 0.0, 4.0), 1e-4, 1.0).unwrap();
         let exact = 1.0 - (1.0 - (1e-4f64 / 4.0).powi(2)).sqrt();
         // The naive form is itself off by rounding; the series 1 − cos = s²/2 + s⁴/8 is not.
         let s2 = (1e-4f64 / 4.0).powi(2);
