@@ -407,8 +407,14 @@ fn picture() -> impl Strategy<Value = Image> {
     })
 }
 
+const CASES: u32 = 64;
+
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(411),
+        ..ProptestConfig::with_cases(CASES)
+    })]
 
     #[test]
     fn lossless_formats_give_back_every_bit(image in picture()) {
@@ -442,7 +448,9 @@ proptest! {
         let rgb = bits.map(f32::from_bits);
         let back = hdr::unpack(hdr::pack(rgb));
         prop_assert!(back.iter().all(|v| v.is_finite() && *v >= 0.0));
-        let clean = rgb.map(|v| if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.69e38) });
+        // All mantissas at their end, read in the middle of the last step.
+        let largest_stored = 255.5 / 256.0 * 2.0_f32.powi(127);
+        let clean = rgb.map(|v| if v.is_nan() { 0.0 } else { v.clamp(0.0, largest_stored) });
         let largest = clean.into_iter().fold(0.0, f32::max);
         for (want, got) in clean.into_iter().zip(back) {
             prop_assert!((want - got).abs() <= (largest / 256.0).max(1e-38));
