@@ -2,7 +2,7 @@
 //!
 //! An [`Image`] is planar `f32` with named channels and ordered text metadata. [`read`](read::read) opens EXR,
 //! Radiance HDR, PFM, PNG, JPEG and TGA; [`write`](write::write) makes EXR, HDR, PFM and PNG, always through
-//! [`atomic::write`], so that a file is either the old one or the whole new one. [`tone`] turns
+//! [`atomic::write`], so that a file is either the old one or the whole new one. [`tone`] and [`falsecolor`] turn
 //! radiance into something to look at; [`metrics`] and [`flip`] say how different two pictures are.
 //!
 //! ```
@@ -24,7 +24,9 @@ pub mod atomic;
 pub mod buffer;
 pub mod error;
 pub mod exr;
+pub mod falsecolor;
 pub mod flip;
+mod font;
 pub mod hdr;
 pub mod metrics;
 pub mod pfm;

@@ -73,6 +73,45 @@ fn exr_metadata_with_reserved_or_repeated_keys_stays_readable() {
 }
 
 #[test]
+fn exr_of_several_parts_and_kinds_of_numbers_shows_its_picture() {
+    use ::exr::prelude::*;
+    let channel = |name: &str, data: FlatSamples| AnyChannel::new(name, data);
+    let ramp = |k: f32| (0..6).map(|i| i as f32 * k).collect::<Vec<f32>>();
+    let half = |k: f32| FlatSamples::F16(ramp(k).into_iter().map(f16::from_f32).collect());
+    let layer = |name: &str, list: Vec<AnyChannel<FlatSamples>>| {
+        let encoding = ::exr::image::Encoding::SMALL_LOSSLESS;
+        Layer::new((3, 2), LayerAttributes::named(name), encoding, AnyChannels::sort(list.into()))
+    };
+    let bytes = |layers: Vec<Layer<AnyChannels<FlatSamples>>>, window: IntegerBounds| {
+        let mut out = std::io::Cursor::new(Vec::new());
+        ::exr::image::Image::from_layers(ImageAttributes::new(window), layers)
+            .write()
+            .to_buffered(&mut out)
+            .unwrap();
+        out.into_inner()
+    };
+    let normals = layer("normals", vec![channel("X", FlatSamples::F32(ramp(1.0))), channel("Q", half(0.5))]);
+    let names = ["V.Combined.R", "V.Combined.G", "V.Combined.B"];
+    let mut list: Vec<_> = names.iter().zip([0.5, 1.0, 2.0]).map(|(n, k)| channel(n, half(k))).collect();
+    list.push(channel("id", FlatSamples::U32(vec![7; 6])));
+    let mut picture = layer("picture", list);
+    picture.attributes.other.insert(Text::from("note"), AttributeValue::Text(Text::from("of the picture")));
+    let file = bytes(vec![normals, picture], IntegerBounds::from_dimensions((3, 2)));
+    let image = read_bytes(&file, None).unwrap();
+    assert_eq!(image.rgb_at(2, 1), Some([2.5, 5.0, 10.0]));
+    assert_eq!((image.get("id", 0, 0), image.get("normals.X", 1, 1)), (Some(7.0), Some(4.0)));
+    assert_eq!(image.metadata_value("note"), Some("of the picture"));
+    assert_eq!(hemilux_image::read::probe_bytes(&file, None).unwrap().channels.len(), 4);
+
+    // The data at (-1, 1) of a display window of 3 × 4 that begins at (0, 0): two columns are seen, two rows are empty.
+    let mut cropped = layer("Y", vec![channel("Y", FlatSamples::F32(ramp(1.0)))]);
+    cropped.attributes.layer_position = Vec2(-1, 1);
+    let image = read_bytes(&bytes(vec![cropped], IntegerBounds::from_dimensions((3, 4))), None).unwrap();
+    let rows = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!((image.width, image.height, image.channel("Y")), (3, 4, Some(&rows[..])));
+}
+
+#[test]
 fn what_cannot_be_written_is_refused() {
     let mut twice = sample(2, 2);
     twice.channels.push(twice.channels[0].clone());
@@ -407,8 +446,14 @@ fn picture() -> impl Strategy<Value = Image> {
     })
 }
 
+const CASES: u32 = 64;
+
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(411),
+        ..ProptestConfig::with_cases(CASES)
+    })]
 
     #[test]
     fn lossless_formats_give_back_every_bit(image in picture()) {
@@ -442,7 +487,9 @@ proptest! {
         let rgb = bits.map(f32::from_bits);
         let back = hdr::unpack(hdr::pack(rgb));
         prop_assert!(back.iter().all(|v| v.is_finite() && *v >= 0.0));
-        let clean = rgb.map(|v| if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.69e38) });
+        // All mantissas at their end, read in the middle of the last step.
+        let largest_stored = 255.5 / 256.0 * 2.0_f32.powi(127);
+        let clean = rgb.map(|v| if v.is_nan() { 0.0 } else { v.clamp(0.0, largest_stored) });
         let largest = clean.into_iter().fold(0.0, f32::max);
         for (want, got) in clean.into_iter().zip(back) {
             prop_assert!((want - got).abs() <= (largest / 256.0).max(1e-38));
