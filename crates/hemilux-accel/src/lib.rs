@@ -40,5 +40,5 @@ pub use bounds::Bounds;
 pub use group::{Group, GroupBuilder};
 pub use quadric::{Quadric, SurfacePoint};
 pub use ray::{Hit, NO_INSTANCE, Ray};
-pub use robust::{offset_origin, rounding_error, transform_error, triangle_point};
+pub use robust::{offset_origin, rounding_error, transform_error, triangle_normal, triangle_point};
 pub use scene::{Accel, SceneBuilder};
