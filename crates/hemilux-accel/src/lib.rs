@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`ray`](Ray) | rays and hits, what a traversal precomputes per ray |
 //! | `bounds`, `build`, `wide`, `traverse` | boxes; binned-SAH tree; 8-wide tree; its traversal |
+//! | `lanes` | eight floats, portable or AVX2 |
 //! | `triangle` | packs of triangles and their watertight test |
 //! | `quadric` | spheres, disks, cylinders: intersection and parametrisation |
 //! | `robust` | rounding-error bounds, spawning rays without an epsilon |
@@ -28,6 +29,7 @@
 mod bounds;
 mod build;
 mod group;
+mod lanes;
 mod quadric;
 mod ray;
 mod robust;

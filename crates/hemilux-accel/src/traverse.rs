@@ -1,6 +1,7 @@
 //! Nearest-first traversal of the 8-wide tree.
 
 use crate::build::MAX_DEPTH;
+use crate::lanes::Lanes;
 use crate::ray::Slab;
 use crate::wide::{LEAF, Node, WIDTH, Wide};
 
@@ -13,17 +14,22 @@ struct Entry {
     code: u32,
 }
 
-/// Calls `leaf(number, t_max)` for the leaves whose boxes the ray may meet at `t_min <= t <= t_max`, about nearest
-/// first. `leaf` lowers `t_max` as it finds hits, and returns true to end the traversal.
+/// What to do at a leaf. A trait and not a closure: a closure is not compiled for the instruction set of its caller.
+pub(crate) trait Visit {
+    /// Lowers `t_max` at a hit; returns true to end the traversal.
+    fn leaf(&mut self, number: u32, t_max: &mut f32) -> bool;
+}
+
+/// Visits the leaves whose boxes the ray may meet at `t_min <= t <= t_max`, about nearest first.
 ///
 /// Inlined into functions compiled for one instruction set; the arithmetic is the same whatever the set.
 #[inline(always)]
-pub(crate) fn traverse(
+pub(crate) fn traverse<L: Lanes, V: Visit>(
     tree: &Wide,
     slab: &Slab,
     t_min: f32,
     t_max: &mut f32,
-    mut leaf: impl FnMut(u32, &mut f32) -> bool,
+    visitor: &mut V,
 ) {
     if tree.nodes.is_empty() {
         return;
@@ -34,7 +40,7 @@ pub(crate) fn traverse(
     loop {
         if code & LEAF == 0 {
             let node = &tree.nodes[code as usize];
-            let (near, mask) = hit_children(node, slab, t_min, *t_max);
+            let (near, mask) = hit_children::<L>(node, slab, t_min, *t_max);
             let mut left = mask;
             let base = top;
             while left != 0 {
@@ -50,7 +56,7 @@ pub(crate) fn traverse(
                 stack[at] = entry;
                 top += 1;
             }
-        } else if leaf(code & !LEAF, t_max) {
+        } else if visitor.leaf(code & !LEAF, t_max) {
             return;
         }
         loop {
@@ -68,24 +74,17 @@ pub(crate) fn traverse(
 
 /// Entry distances of the children, and the mask of those met.
 #[inline(always)]
-fn hit_children(node: &Node, slab: &Slab, t_min: f32, t_max: f32) -> ([f32; WIDTH], u32) {
-    let mut near = [t_min; WIDTH];
-    let mut far = [t_max; WIDTH];
+fn hit_children<L: Lanes>(node: &Node, slab: &Slab, t_min: f32, t_max: f32) -> ([f32; WIDTH], u32) {
+    let mut near = L::splat(t_min);
+    let mut far = L::splat(t_max);
     for axis in 0..3 {
         let side = slab.side[axis] & 1;
-        let (entry, exit) = (&node.planes[axis][side], &node.planes[axis][side ^ 1]);
-        let (o_near, o_far, inv) = (slab.near[axis], slab.far[axis], slab.inv[axis]);
-        for i in 0..WIDTH {
-            // A NaN (a plane through the origin, along the ray) fails the comparison and sets no limit.
-            let a = (entry[i] - o_near) * inv;
-            near[i] = if a > near[i] { a } else { near[i] };
-            let b = (exit[i] - o_far) * inv;
-            far[i] = if b < far[i] { b } else { far[i] };
-        }
+        let inv = L::splat(slab.inv[axis]);
+        // A NaN (a plane through the origin, along the ray) sets no limit.
+        let entry = L::load(&node.planes[axis][side]).sub(L::splat(slab.near[axis])).mul(inv);
+        near = entry.max_or(near);
+        let exit = L::load(&node.planes[axis][side ^ 1]).sub(L::splat(slab.far[axis])).mul(inv);
+        far = exit.min_or(far);
     }
-    let mut mask = 0;
-    for i in 0..WIDTH {
-        mask |= u32::from(near[i] <= far[i]) << i;
-    }
-    (near, mask & node.present)
+    (near.store(), near.at_most(far) & node.present)
 }
