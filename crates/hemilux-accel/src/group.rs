@@ -171,6 +171,11 @@ struct Triangles<'a, L, const ANY: bool> {
 
 impl<L: Lanes, const ANY: bool> Visit for Triangles<'_, L, ANY> {
     #[inline(always)]
+    fn prefetch(&self, number: u32) {
+        L::prefetch(&self.packs[number as usize]);
+    }
+
+    #[inline(always)]
     fn leaf(&mut self, number: u32, t_max: &mut f32) -> bool {
         let pack = &self.packs[number as usize];
         let mut lanes = pack.candidates::<L>(self.ray);

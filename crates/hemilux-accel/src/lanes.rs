@@ -21,6 +21,9 @@ pub(crate) trait Lanes: Copy {
     fn at_most(self, other: Self) -> u32;
     /// Lanes where all three are positive or all three negative, and lanes where one is zero.
     fn one_sign(e: [Self; 3]) -> (u32, u32);
+    /// Asks for the cache lines of `x`.
+    #[inline(always)]
+    fn prefetch<T>(_x: &T) {}
 }
 
 /// Without special instructions.
@@ -154,6 +157,14 @@ mod avx2 {
         fn at_most(self, other: Self) -> u32 {
             // SAFETY: the processor has AVX2, see the type.
             unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32 }
+        }
+
+        #[inline(always)]
+        fn prefetch<T>(x: &T) {
+            for offset in (0..size_of::<T>()).step_by(64) {
+                // SAFETY: a prefetch accesses nothing; the pointer stays inside `x`.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(x).cast::<i8>().add(offset)) };
+            }
         }
 
         #[inline(always)]

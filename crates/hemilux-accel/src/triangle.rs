@@ -85,8 +85,9 @@ impl TrianglePack {
         let t = n.dot(a - ray.origin64) / n.dot(ray.dir64);
         let kz = ray.axes[2];
         let [za, zb, zc] = [a, b, c].map(|p| (p[kz] - ray.origin64[kz]) * ray.inv64);
-        // `max` and `min` take the number when the other is NaN.
-        t.max(za.min(zb).min(zc)).min(za.max(zb).max(zc)) as f32
+        let (low, high) = (least(za, least(zb, zc)), -least(-za, least(-zb, -zc)));
+        // In this order NaN becomes `low`.
+        least(-least(-t, -low), high) as f32
     }
 
     /// Barycentric coordinates of vertices 1 and 2.
@@ -105,6 +106,12 @@ impl TrianglePack {
         let lane = lane & (LANES - 1);
         self.vertex.map(|v| DVec3::new(f64::from(v[0][lane]), f64::from(v[1][lane]), f64::from(v[2][lane])))
     }
+}
+
+/// The smaller; `b` if either is NaN. One instruction, where `f64::min` needs four.
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 /// The lanes of `mask` that are inside when edge signs are exact; an edge belongs to both its triangles.
