@@ -4,7 +4,7 @@
 //! *incoherent* = a cosine ray from each of many random points in random order, *gather* = 64 cosine rays point after
 //! point, *shadow* = segments between random pairs of visible points (any hit).
 
-#[path = "../tests/support/mod.rs"]
+#[path = "../tests/suite/support.rs"]
 mod support;
 
 use std::hint::black_box;

@@ -1,7 +1,8 @@
 //! Eight floats side by side: portable arrays, and AVX2 registers giving the same bits.
 //!
 //! The compiler leaves plain loops over `[f32; 8]` in scalar form once they are inlined into the traversal, so the
-//! AVX2 operations are written out (figures in `traverse`). Both forms do the same IEEE operations in the
+//! AVX2 operations are written out: 1.6 times the rays per second in a room of a thousand triangles, 1.35 times in a
+//! displaced sphere of 82 000. Both forms do the same IEEE operations in the
 //! same order, without fused multiply-add.
 
 /// Vector operations, none of them in a closure: closures do not inherit the instruction set of the function they are
@@ -21,7 +22,8 @@ pub(crate) trait Lanes: Copy {
     fn at_most(self, other: Self) -> u32;
     /// Lanes where all three are positive or all three negative, and lanes where one is zero.
     fn one_sign(e: [Self; 3]) -> (u32, u32);
-    /// Asks for the cache lines of `x`.
+    /// Asks for the cache lines of `x`. For children about to be pushed this brought 10 % on 82 000 triangles, 15–20 %
+    /// on 1.3 million and nothing in a room.
     #[inline(always)]
     fn prefetch<T>(_x: &T) {}
 }

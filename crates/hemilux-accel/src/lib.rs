@@ -20,7 +20,8 @@
 //!
 //! - **Watertight**: a ray that meets the inside of a closed mesh hits it, also exactly at an edge or a vertex
 //!   (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, JCGT 2013; the sign of each edge test
-//!   is exact). A zero-area triangle, or one with a coordinate that is not finite, is never hit.
+//!   is exact). Coordinates up to about 1e18. A zero-area triangle, or one with a coordinate that is not finite, is
+//!   never hit.
 //! - **Same bits** from the AVX2 path and the portable one (no fused multiply-add), and from any number of threads.
 //! - **Total**: no input of finite or non-finite numbers makes a build or a query panic or hang. A ray with a
 //!   component that is not finite, or with a zero direction, hits nothing.

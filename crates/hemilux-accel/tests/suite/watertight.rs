@@ -1,10 +1,8 @@
 //! No ray leaves a closed mesh; no ray meets the surface it leaves.
 
-mod support;
-
+use crate::support::{Mesh, Random, cuboid, icosphere};
 use glam::{Vec3, vec3};
 use hemilux_accel::{Accel, GroupBuilder, Ray, SceneBuilder, offset_origin, triangle_normal, triangle_point};
-use support::{Mesh, Random, cuboid, icosphere};
 
 /// The test most programs begin with, in `f32`: what the watertight one is measured against.
 fn naive_hit([a, b, c]: [Vec3; 3], ray: &Ray) -> bool {

@@ -1,14 +1,12 @@
 //! Spheres, disks and cylinders: precision, limits, closedness.
 
-mod support;
-
 use std::f64::consts::{PI, TAU};
 
+use crate::support::Random;
 use glam::{DAffine3, DQuat, DVec3, Vec3, vec3};
 use hemilux_accel::{
     Accel, GroupBuilder, Quadric, Ray, SceneBuilder, offset_origin, rounding_error, transform_error,
 };
-use support::Random;
 
 fn sphere(radius: f64) -> Quadric {
     Quadric::Sphere { radius, z_min: -radius, z_max: radius, phi_max: TAU }

@@ -1,5 +1,4 @@
 //! Random numbers with an address and the scenes that tests and benches share.
-#![allow(dead_code, reason = "each test binary uses its part")]
 
 use glam::{Vec3, vec3};
 use hemilux_accel::{Accel, GroupBuilder, SceneBuilder};
