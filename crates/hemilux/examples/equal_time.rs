@@ -44,7 +44,9 @@ fn main() -> Result<(), Failure> {
     let read = begin.elapsed();
     let world = World::new(loaded.scene);
     let (build, primitives) = (begin.elapsed() - read, world.primitives());
-    println!("{scene_path}: {width}x{height}, {primitives} primitives; read {read:.2?}, prepared {build:.2?}");
+    println!(
+        "{scene_path}: {width}x{height}, {primitives} primitives; read {read:.2?}, prepared {build:.2?}"
+    );
     let references = References::open(Path::new(reference_path))?;
     let seconds: f64 = option("seconds", "10").parse()?;
     let share: f64 = option("share", "0.15").parse()?;
