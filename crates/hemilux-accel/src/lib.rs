@@ -16,6 +16,29 @@
 //! | `robust` | rounding-error bounds, spawning rays without an epsilon |
 //! | `group`, `scene` | geometry in one space; the world with its instances |
 //!
+//! ```
+//! use glam::{DAffine3, DVec3, Vec3, vec3};
+//! use hemilux_accel::{GroupBuilder, NO_INSTANCE, Quadric, Ray, SceneBuilder};
+//!
+//! let mut world = GroupBuilder::new();
+//! let floor = [vec3(-5.0, -5.0, 0.0), vec3(5.0, -5.0, 0.0), vec3(0.0, 5.0, 0.0)];
+//! world.add_mesh(&floor, &[[0, 1, 2]]);
+//! let mut lamp = GroupBuilder::new();
+//! let bulb = Quadric::Sphere { radius: 0.1, z_min: -0.1, z_max: 0.1, phi_max: std::f64::consts::TAU };
+//! lamp.add_quadric(bulb, DAffine3::IDENTITY);
+//!
+//! let mut scene = SceneBuilder::new(world.build());
+//! let lamp = scene.add_group(lamp.build());
+//! scene.add_instance(lamp, DAffine3::from_translation(DVec3::new(0.0, 0.0, 2.0)));
+//! let accel = scene.build();
+//!
+//! let up = accel.closest(&Ray::new(vec3(0.0, 0.0, 1.0), Vec3::Z)).unwrap();
+//! assert_eq!((up.instance, up.prim), (0, 0));
+//! assert!((up.t - 0.9).abs() < 1e-6);
+//! let down = accel.closest(&Ray::new(vec3(0.0, 0.0, 1.0), -Vec3::Z)).unwrap();
+//! assert_eq!((down.instance, down.t), (NO_INSTANCE, 1.0));
+//! ```
+//!
 //! # What is promised
 //!
 //! - **Watertight**: a ray that meets the inside of a closed mesh hits it, also exactly at an edge or a vertex
@@ -45,3 +68,9 @@ pub use quadric::{Quadric, SurfacePoint};
 pub use ray::{Hit, NO_INSTANCE, Ray};
 pub use robust::{offset_origin, rounding_error, transform_error, triangle_normal, triangle_point};
 pub use scene::{Accel, SceneBuilder};
+
+// Threads share one scene.
+const _: fn() = || {
+    fn shared<T: Send + Sync>() {}
+    shared::<Accel>();
+};

@@ -1,8 +1,10 @@
 //! No ray leaves a closed mesh; no ray meets the surface it leaves.
 
 use crate::support::{Mesh, Random, cuboid, icosphere};
-use glam::{Vec3, vec3};
-use hemilux_accel::{Accel, GroupBuilder, Ray, SceneBuilder, offset_origin, triangle_normal, triangle_point};
+use glam::{DAffine3, DQuat, DVec3, Vec3, vec3};
+use hemilux_accel::{
+    Accel, GroupBuilder, Ray, SceneBuilder, offset_origin, transform_error, triangle_normal, triangle_point,
+};
 
 /// The test most programs begin with, in `f32`: what the watertight one is measured against.
 fn naive_hit([a, b, c]: [Vec3; 3], ray: &Ray) -> bool {
@@ -211,6 +213,49 @@ fn spawned_rays_stay_inside() {
     }
     // A hit within rounding of an edge could be carried through the other wall; that is rarer than one in a million.
     assert_eq!(left, 0);
+}
+
+/// A random place for an instance: stretched, turned, mirrored or not, at any scale.
+fn placed(r: &mut Random) -> DAffine3 {
+    let scale = 10f64.powf(4.0 * f64::from(r.unit()) - 2.0);
+    let stretch = DVec3::from_array([0, 1, 2].map(|_| 0.1 + f64::from(r.unit()))) * scale;
+    let mirror = if r.below(2) == 0 { DVec3::ONE } else { DVec3::new(1.0, -1.0, 1.0) };
+    let turn = DQuat::from_axis_angle(r.direction().as_dvec3().normalize(), 6.0 * f64::from(r.unit()));
+    DAffine3::from_scale_rotation_translation(stretch * mirror, turn, r.point(scale as f32 * 5.0).as_dvec3())
+}
+
+#[test]
+fn rays_stay_inside_instances_and_leave_their_surface() {
+    let mut r = Random::new(9);
+    let mesh = icosphere(2).map(|p| p * vec3(1.0, 0.7, 1.2));
+    for _ in 0..60 {
+        let mut group = GroupBuilder::new();
+        group.add_mesh(&mesh.positions, &mesh.indices);
+        let mut scene = SceneBuilder::new(GroupBuilder::new().build());
+        let group = scene.add_group(group.build());
+        let place = placed(&mut r);
+        scene.add_instance(group, place);
+        let accel = scene.build();
+        let normal_matrix = place.matrix3.inverse().transpose();
+        let inside = place.translation.as_vec3();
+        for i in 0..5000 {
+            let mut ray = Ray::new(inside, r.direction());
+            if i % 2 == 0 {
+                let corner = mesh.positions[r.below(mesh.positions.len())].as_dvec3();
+                ray.dir = (place.transform_point3(corner) - inside.as_dvec3()).normalize().as_vec3();
+            }
+            check(&accel, &ray);
+            // And on, outwards: the mesh is convex.
+            let hit = accel.closest(&ray).unwrap();
+            let t = mesh.triangle(hit.prim as usize);
+            let (p, error) = triangle_point(&t, hit.u, hit.v);
+            let (p, error) = transform_error(&place, p.as_dvec3(), error.as_dvec3());
+            let n = (normal_matrix * triangle_normal(&t).as_dvec3()).normalize().as_vec3();
+            let n = if n.dot(ray.dir) < 0.0 { -n } else { n };
+            let dir = r.cosine(n);
+            assert!(!accel.occluded(&Ray::new(offset_origin(p, error, n, dir), dir)));
+        }
+    }
 }
 
 #[test]
