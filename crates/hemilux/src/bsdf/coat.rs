@@ -4,7 +4,7 @@
 //!
 //! **Rough coat**: single scattering by its GGX facets reflects the albedo R(μ); everything else is taken as transmitted,
 //! T(μ) = 1 - R(μ), so that a coat over a lossless base loses nothing (the light that the reflection lobe loses by multiple
-//! scattering goes to the base). R - F, F the Fresnel term of the plane, is tabulated over (√μ, √α, η) and interpolated
+//! scattering goes to the base). R - F, F the Fresnel term of the plane, is tabulated over (√μ, ∛α, η) and interpolated
 //! linearly; it vanishes with α and with η → 1.
 //!
 //! **Coat over a rough metal**: light refracts in, is reflected by the metal, and is partly returned to it by the coat. For a
@@ -25,14 +25,14 @@ use std::sync::OnceLock;
 /// Largest index of a coat that scatters by its own or its base's roughness.
 pub(super) const ETA_MAX: f32 = 3.0;
 
-const MU: usize = 16;
-const ALPHA: usize = 12;
-const ETA: usize = 17;
-/// Square points per side for one tabulated albedo, and for one row of a scattering kernel.
-const SIDE: usize = 32;
-const KERNEL_SIDE: usize = 24;
+const MU: usize = 20;
+const ALPHA: usize = 20;
+const ETA: usize = 13;
+/// Facets for one tabulated albedo, and for one row of a scattering kernel.
+const FACETS: usize = 1024;
+const KERNEL_FACETS: usize = 512;
 
-/// A table over (μ, α, η) on grids uniform in √μ, √α and η.
+/// A table over (μ, α, η) on grids uniform in √μ, ∛α and η.
 struct Grid(Vec<f32>);
 
 /// Position on one axis: cell and fraction.
@@ -56,7 +56,7 @@ fn mu_at(mu: f32) -> At {
 
 #[inline]
 fn alpha_at(alpha: f32) -> At {
-    At::new(alpha.max(0.0).sqrt(), ALPHA)
+    At::new(alpha.max(0.0).cbrt(), ALPHA)
 }
 
 #[inline]
@@ -71,7 +71,7 @@ fn mu_node(i: usize) -> f64 {
 
 fn alpha_node(i: usize) -> f64 {
     let x = i as f64 / (ALPHA - 1) as f64;
-    x * x
+    x * x * x
 }
 
 fn eta_node(i: usize) -> f64 {
@@ -113,7 +113,7 @@ fn excess() -> &'static Grid {
 /// R - F for every tabulated index at one view cosine and roughness; the facets are shared by all of them.
 fn excess_column(mu: f64, alpha: f64) -> [f64; ETA] {
     let mut column = [0.0; ETA];
-    each_facet(mu, alpha, SIDE, |cos_h, _, weight| {
+    each_facet(mu, alpha, FACETS, |cos_h, _, weight| {
         for (e, sum) in column.iter_mut().enumerate() {
             *sum += weight * fresnel::dielectric(cos_h as f32, eta_node(e) as f32) as f64;
         }
@@ -124,21 +124,22 @@ fn excess_column(mu: f64, alpha: f64) -> [f64; ETA] {
     column
 }
 
-/// Calls `f` with (wo·h, cos θi, weight) for `side`² visible normals of an isotropic surface seen at cosine `mu`: the weights are
-/// G2/G1 over their number, so that they sum to the albedo of a perfectly reflecting GGX surface.
-fn each_facet(mu: f64, alpha: f64, side: usize, mut f: impl FnMut(f64, f64, f64)) {
+/// Calls `f` with (wo·h, cos θi, weight) for `count` visible normals of an isotropic surface seen at cosine `mu`: the weights are
+/// G2/G1 over their number, so that they sum to the albedo of a perfectly reflecting GGX surface. Hammersley's points, not a
+/// lattice: the long tail of GGX lives in the outermost ring of the square.
+fn each_facet(mu: f64, alpha: f64, count: usize, mut f: impl FnMut(f64, f64, f64)) {
     let sin = (1.0 - mu * mu).max(0.0).sqrt();
     let Some(map) = GgxVisible::<f64>::new(Dir::from_unit(sin, 0.0, mu), alpha, alpha) else { return };
     let stretch = |cos: f64| (cos * cos + alpha * alpha * (1.0 - cos * cos).max(0.0)).sqrt();
     let so = stretch(mu);
-    for i in 0..side * side {
-        let at = |k: usize| (k as f64 + 0.5) / side as f64;
-        let h = map.dir(Uv::new(at(i / side), at(i % side)));
+    for i in 0..count {
+        let radical_inverse = (i as u32).reverse_bits() as f64 / 4_294_967_296.0;
+        let h = map.dir(Uv::new((i as f64 + 0.5) / count as f64, radical_inverse + 0.5 / count as f64));
         let cos_h = sin * h.x + mu * h.z;
         let cos_i = 2.0 * cos_h * h.z - mu;
         if cos_i > 0.0 {
             let shadowing = cos_i * (mu + so) / (cos_i * so + mu * stretch(cos_i));
-            f(cos_h, cos_i, shadowing / (side * side) as f64);
+            f(cos_h, cos_i, shadowing / count as f64);
         }
     }
 }
@@ -165,11 +166,28 @@ impl Coat {
     /// T(μ): the part of light arriving from outside at cosine `mu` > 0 that enters.
     #[inline]
     pub fn transmittance(self, mu: f32) -> f32 {
+        self.transmittances(mu).0
+    }
+
+    /// T(μ), and that of a smooth coat.
+    #[inline]
+    fn transmittances(self, mu: f32) -> (f32, f32) {
         let plane = 1.0 - fresnel::dielectric(mu, self.eta);
         if self.alpha == 0.0 {
-            return plane;
+            return (plane, plane);
         }
-        (plane - excess().at(mu_at(mu), alpha_at(self.alpha), eta_at(self.eta))).clamp(0.0, 1.0)
+        let rough = plane - excess().at(mu_at(mu), alpha_at(self.alpha), eta_at(self.eta));
+        (rough.clamp(0.0, 1.0), plane)
+    }
+
+    /// T(μ), and q(μ) of the interreflection with a metal of roughness `base_alpha` below (module text), for light outside at cosine
+    /// `mu` > 0. q of a rough coat is that of the smooth one times √(T / T_smooth): s is the coat's own R for a smooth metal.
+    #[inline]
+    pub fn over_metal(self, mu: f32, base_alpha: f32) -> (f32, f32) {
+        let (t, plane) = self.transmittances(mu);
+        let q = interreflection().at(mu_at(mu), alpha_at(base_alpha), eta_at(self.eta));
+        let rough = if t == plane { 1.0 } else { (t / plane.max(1e-6)).sqrt() };
+        (t, (q * rough).clamp(1e-3, 1.0))
     }
 
     /// 2 ∫ T(μ) μ dμ of exactly what [`Coat::transmittance`] returns.
@@ -193,11 +211,10 @@ impl Coat {
     }
 }
 
-/// q of the interreflection between a coat of index `eta` and a rough metal (module text), for light outside at cosine `mu`.
-#[inline]
-pub(super) fn interreflection(mu: f32, base_alpha: f32, eta: f32) -> f32 {
+/// q of the interreflection between a smooth coat and a rough metal, over the metal's roughness.
+fn interreflection() -> &'static Grid {
     static GRID: OnceLock<Grid> = OnceLock::new();
-    let grid = GRID.get_or_init(|| {
+    GRID.get_or_init(|| {
         let mut grid = Vec::with_capacity(ETA * ALPHA * MU);
         for e in 0..ETA {
             for a in 0..ALPHA {
@@ -205,8 +222,7 @@ pub(super) fn interreflection(mu: f32, base_alpha: f32, eta: f32) -> f32 {
             }
         }
         Grid(grid)
-    });
-    grid.at(mu_at(mu), alpha_at(base_alpha), eta_at(eta)).clamp(1e-3, 1.0)
+    })
 }
 
 /// Nodes of the internal hemisphere: the outside's seen through the coat, then as many between the critical angle and grazing.
@@ -232,7 +248,7 @@ fn interreflection_line(alpha: f64, eta: f64) -> [f64; MU] {
         } else {
             critical * (2 * MU - 2 - row) as f64 / (MU - 1) as f64
         };
-        each_facet(mu, alpha, KERNEL_SIDE, |_, cos_i, weight| {
+        each_facet(mu, alpha, KERNEL_FACETS, |_, cos_i, weight| {
             let outside2 = 1.0 - (1.0 - cos_i * cos_i) * eta * eta;
             if outside2 > 0.0 {
                 let cos_out = outside2.sqrt();
