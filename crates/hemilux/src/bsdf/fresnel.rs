@@ -46,7 +46,9 @@ const K_PERFECT: f32 = 1e4;
 
 #[inline]
 fn conductor_band(cos: f32, eta: f32, k: f32) -> f32 {
-    if k > K_PERFECT || cos <= 0.0 {
+    // No index at all: nothing gets in either, and the quotients below are undefined.
+    let void = eta * eta + k * k < 1e-12;
+    if k > K_PERFECT || cos <= 0.0 || void {
         return 1.0;
     }
     let cos2 = (cos * cos).min(1.0);

