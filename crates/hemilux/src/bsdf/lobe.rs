@@ -511,10 +511,11 @@ impl Lobe {
                 Rgb::splat((1.0 - Coat::new(eta, ggx).transmittance(cos)) * weight)
             }
             Shape::CoatedMetal { coat, eta, k, weight, .. } => {
-                let f = fresnel::dielectric(cos, coat.eta);
-                let through = coat.transmittance(cos) * (1.0 - f) * weight;
+                // All of a white metal's light comes out again; at grazing angles not mirrored but spread, hence the limit.
+                let returned = fresnel::dielectric(cos.max(0.3), coat.eta);
                 let inner = (1.0 - (1.0 - cos * cos) / (coat.eta * coat.eta)).max(0.0).sqrt();
-                fresnel::conductor(inner, eta, k).map(|m| through * m / (1.0 - f * m).max(1e-6))
+                let through = coat.transmittance(cos) * (1.0 - returned) * weight;
+                fresnel::conductor(inner, eta, k).map(|m| through * m / (1.0 - returned * m))
             }
             Shape::CoatedMirror { coat_eta, eta, k, weight } => {
                 coated_mirror_reflectance(cos, coat_eta, eta, k) * weight
