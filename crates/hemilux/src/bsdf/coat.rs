@@ -66,9 +66,10 @@ fn mu_at(mu: f32) -> At {
     At::new(mu.max(0.0).sqrt(), MU)
 }
 
+/// What a roughness is looked up by: ∛α, computed once where it can be.
 #[inline]
-fn alpha_at(alpha: f32) -> At {
-    At::new(alpha.max(0.0).cbrt(), ALPHA)
+pub(super) fn alpha_coordinate(alpha: f32) -> f32 {
+    alpha.min(1.0).cbrt()
 }
 
 #[inline]
@@ -154,8 +155,8 @@ fn each_facet(mu: f64, alpha: f64, count: usize, mut f: impl FnMut(f64, f64, f64
 pub(super) struct Coat {
     /// Index of the coat relative to the outside.
     pub eta: f32,
-    /// Isotropic roughness; 0 for a smooth coat.
-    pub alpha: f32,
+    /// ∛ of the isotropic roughness; 0 for a smooth coat.
+    alpha: f32,
 }
 
 impl Coat {
@@ -164,7 +165,7 @@ impl Coat {
         if alpha.is_smooth() {
             Coat { eta, alpha: 0.0 }
         } else {
-            Coat { eta: eta.clamp(1.0, ETA_MAX), alpha: alpha.mean().min(1.0) }
+            Coat { eta: eta.clamp(1.0, ETA_MAX), alpha: alpha_coordinate(alpha.mean()) }
         }
     }
 
@@ -181,16 +182,16 @@ impl Coat {
         if self.alpha == 0.0 {
             return (plane, plane);
         }
-        let rough = plane - EXCESS.at(mu_at(mu), alpha_at(self.alpha), eta_at(self.eta));
+        let rough = plane - EXCESS.at(mu_at(mu), At::new(self.alpha, ALPHA), eta_at(self.eta));
         (rough.clamp(0.0, 1.0), plane)
     }
 
-    /// T(μ), and q(μ) of the interreflection with a metal of roughness `base_alpha` below (module text), for light outside at cosine
+    /// T(μ), and q(μ) of the interreflection with a metal of [`alpha_coordinate`] `base` below (module text), for light outside at cosine
     /// `mu` > 0. q of a rough coat is that of the smooth one times √(T / T_smooth): s is the coat's own R for a smooth metal.
     #[inline]
-    pub fn over_metal(self, mu: f32, base_alpha: f32) -> (f32, f32) {
+    pub fn over_metal(self, mu: f32, base: f32) -> (f32, f32) {
         let (t, plane) = self.transmittances(mu);
-        let q = INTERREFLECTION.at(mu_at(mu), alpha_at(base_alpha), eta_at(self.eta));
+        let q = INTERREFLECTION.at(mu_at(mu), At::new(base, ALPHA), eta_at(self.eta));
         let rough = if t == plane { 1.0 } else { (t / plane.max(1e-6)).sqrt() };
         (t, (q * rough).clamp(1e-3, 1.0))
     }
@@ -202,7 +203,7 @@ impl Coat {
             return plane;
         }
         // Linear in x = √μ between the nodes; 2 μ dμ = 4 x³ dx. Gauss's three points are exact for this degree.
-        let (a, e) = (alpha_at(self.alpha), eta_at(self.eta));
+        let (a, e) = (At::new(self.alpha, ALPHA), eta_at(self.eta));
         let cells = (MU - 1) as f32;
         let mut sum = 0.0;
         for cell in 0..MU - 1 {

@@ -1,6 +1,6 @@
 //! One lobe of a surface: what it scatters, its own chart of the unit square, and its density.
 
-use super::coat::Coat;
+use super::coat::{Coat, alpha_coordinate};
 use super::fresnel;
 use super::ggx::{GRAZING, Ggx};
 use super::{BsdfSample, Transport};
@@ -140,7 +140,8 @@ fn coated_metal_factor(
     cos_i: f32,
     cos_h: f32,
 ) -> Rgb {
-    let ((to, qo), (ti, qi)) = (coat.over_metal(cos_o, base_alpha), coat.over_metal(cos_i, base_alpha));
+    let base = alpha_coordinate(base_alpha);
+    let ((to, qo), (ti, qi)) = (coat.over_metal(cos_o, base), coat.over_metal(cos_i, base));
     let s = 1.0 - qo * qi;
     fresnel::conductor(cos_h, eta, k).map(|m| to * ti * m / (1.0 - m * s))
 }

@@ -5,7 +5,7 @@ use crate::{direction, materials};
 use hemilux::bsdf::{Bsdf, Lobe, Transport};
 use hemilux_scene::geom::{Frame, Vec3};
 
-const SAMPLES: usize = 100_000;
+const SAMPLES: usize = 60_000;
 const RINGS: usize = 24;
 const SECTORS: usize = 12;
 
@@ -65,36 +65,40 @@ impl Cells {
         (self.frame.to_world(local), jacobian)
     }
 
-    /// Integral over a square of (ring, sector) by Gauss 3 × 3, quartered until it settles.
-    fn integrate(&self, f: &impl Fn(Vec3) -> f64, at: [f64; 2], size: f64, depth: usize) -> f64 {
-        let gauss = |at: [f64; 2], size: f64| {
-            const NODES: [(f64, f64); 3] =
-                [(0.112_701_665_379_258, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_742, 5.0 / 18.0)];
-            let mut sum = 0.0;
-            for (x, wx) in NODES {
-                for (y, wy) in NODES {
-                    let (w, jacobian) = self.at(at[0] + x * size, at[1] + y * size);
-                    sum += wx * wy * jacobian * f(w);
-                }
+    /// Gauss 3 × 3 over a square of (ring, sector).
+    fn gauss(&self, f: &impl Fn(Vec3) -> f64, at: [f64; 2], size: f64) -> f64 {
+        const NODES: [(f64, f64); 3] =
+            [(0.112_701_665_379_258, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_742, 5.0 / 18.0)];
+        let mut sum = 0.0;
+        for (x, wx) in NODES {
+            for (y, wy) in NODES {
+                let (w, jacobian) = self.at(at[0] + x * size, at[1] + y * size);
+                sum += wx * wy * jacobian * f(w);
             }
-            sum * size * size
-        };
+        }
+        sum * size * size
+    }
+
+    /// Whether the horizon, where densities end, crosses the square.
+    fn cut(&self, at: [f64; 2], size: f64) -> bool {
+        let below = (0..9).filter(|i| {
+            let (x, y) = ((i / 3) as f64 / 2.0, (i % 3) as f64 / 2.0);
+            self.at(at[0] + x * size, at[1] + y * size).0.z < 0.0
+        });
+        !matches!(below.count(), 0 | 9)
+    }
+
+    /// Integral over a square of (ring, sector), of which `whole` is the first guess: quartered until it settles, once at least, and
+    /// whatever the nodes say where the horizon cuts.
+    fn integrate(&self, f: &impl Fn(Vec3) -> f64, at: [f64; 2], size: f64, whole: f64, depth: usize) -> f64 {
         let h = size / 2.0;
         let quarters = [[at[0], at[1]], [at[0] + h, at[1]], [at[0], at[1] + h], [at[0] + h, at[1] + h]];
-        let (whole, parts) = (gauss(at, size), quarters.map(|q| gauss(q, h)));
+        let parts = quarters.map(|q| self.gauss(f, q, h));
         let sum: f64 = parts.iter().sum();
-        // Densities end at the horizon: squares that it cuts are quartered whatever the nodes say, and none is trusted at once.
-        let cut = || {
-            let below = (0..9).filter(|i| {
-                let (x, y) = ((i / 3) as f64 / 2.0, (i % 3) as f64 / 2.0);
-                self.at(at[0] + x * size, at[1] + y * size).0.z < 0.0
-            });
-            !matches!(below.count(), 0 | 9)
-        };
-        if depth == 0 || (size < 0.5 && (sum - whole).abs() < 2e-7 && !cut()) {
+        if depth == 0 || (size < 0.5 && (sum - whole).abs() < 5e-7 && !self.cut(at, size)) {
             return sum;
         }
-        quarters.iter().map(|&q| self.integrate(f, q, h, depth - 1)).sum()
+        quarters.iter().zip(parts).map(|(&q, part)| self.integrate(f, q, h, part, depth - 1)).sum()
     }
 }
 
@@ -129,7 +133,7 @@ fn p_value(
     };
     for (i, &observed) in counts.iter().enumerate() {
         let corner = [(i / SECTORS) as f64, (i % SECTORS) as f64];
-        let expected = SAMPLES as f64 * cells.integrate(&pdf, corner, 1.0, 6);
+        let expected = SAMPLES as f64 * cells.integrate(&pdf, corner, 1.0, f64::INFINITY, 5);
         total += expected;
         if expected >= 5.0 {
             add(observed, expected);

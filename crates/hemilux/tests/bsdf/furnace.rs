@@ -188,7 +188,7 @@ fn rough_glass_loses_its_multiple_scattering() {
 fn rough_varnish_keeps_everything() {
     println!("white varnish 1.5, albedo at cos = {VIEWS:?}");
     for eta in [1.2, 1.5, 2.2] {
-        for alpha in [0.003, 0.02, 0.05, 0.1, 0.25, 0.45, 0.6, 1.0] {
+        for alpha in [0.003, 0.02, 0.1, 0.45, 1.0] {
             let bsdf = Bsdf::coated_diffuse(WHITE, eta, [alpha; 2]);
             for ((mean, error), mu) in row(&format!("varnish {eta} {alpha}"), &bsdf).into_iter().zip(VIEWS) {
                 assert!((mean - 1.0).abs() < 0.01 + 4.5 * error, "{eta} {alpha} at {mu}: {mean}");
@@ -232,7 +232,7 @@ fn walk(k: f32, alpha: f64, mu: f64, random: &mut Random) -> f64 {
 fn coated_metal_agrees_with_a_random_walk() {
     println!("smooth coat 1.5 on rough metal: albedo, random walk in brackets, at cos = {VIEWS:?}");
     for (r, tolerance) in [(1.0, 0.012), (0.5, 0.02)] {
-        let k = if r == 1.0 { 8e4 } else { 2.0 * (r / (1.0 - r) as f32).sqrt() };
+        let k = if r == 1.0 { 8e4 } else { 2.0 * (r / (1.0f32 - r)).sqrt() };
         for alpha in [0.02, 0.1, 0.25, 0.5, 1.0] {
             let bsdf = Bsdf::coated_conductor(1.5, [0.0; 2], WHITE * 1.5, Rgb::splat(k * 1.5), [alpha; 2]);
             print!("r {r} alpha {alpha:4}: ");

@@ -18,11 +18,11 @@ fn alpha(random: &mut Random) -> [f32; 2] {
         _ => random.unit(),
     };
     let a = one();
-    if random.bits() % 3 == 0 { [a, one_of(random, a)] } else { [a; 2] }
-}
-
-fn one_of(random: &mut Random, other: f32) -> f32 {
-    if random.bits() % 2 == 0 { random.unit() } else { 1.0 - other }
+    match random.bits() % 6 {
+        0 => [a, random.unit()],
+        1 => [a, 1.0 - a],
+        _ => [a; 2],
+    }
 }
 
 fn colour(random: &mut Random) -> Rgb {
@@ -54,7 +54,7 @@ fn material(random: &mut Random, depth: usize) -> Bsdf {
 }
 
 fn view(random: &mut Random) -> Vec3 {
-    let sign = if random.bits() % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
     let phi = random.unit() * std::f32::consts::TAU;
     match random.bits() % 10 {
         0 => Vec3::Z * sign,
