@@ -238,18 +238,12 @@ impl Bsdf {
         }
         let coat = Coat::new(coat_eta, gloss);
         let turn = 0.5 * (1.0 - 1.0 / coat_eta) * (1.0 - 1.0 / coat_eta);
-        let widened = |base: f32, coat: f32| (base * base + turn * coat * coat).sqrt();
+        // Never smooth: seen through a rough coat nothing is, and a lobe under a smooth one has its own roughness.
+        let widened = |base: f32, coat: f32| (base * base + turn * coat * coat).sqrt().max(SMOOTH_ALPHA);
         let ggx = Ggx::new([widened(base.x, gloss.x), widened(base.y, gloss.y)]);
-        let plane = Coat { eta: coat_eta, alpha: 0.0 };
         Bsdf::two(
             Shape::Gloss { eta: coat_eta, ggx: gloss, weight: 1.0 },
-            Shape::CoatedMetal {
-                coat,
-                eta,
-                k,
-                ggx,
-                weight: plane.mean_transmittance() / coat.mean_transmittance(),
-            },
+            Shape::CoatedMetal { coat, eta, k, ggx, weight: 1.0 },
         )
     }
 
