@@ -14,6 +14,7 @@ pub mod partition;
 pub mod points;
 mod real;
 mod shape;
+pub mod suite;
 mod value;
 
 pub use criterion::{CellView, Criterion, Weighted};
