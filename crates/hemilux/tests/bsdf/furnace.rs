@@ -254,14 +254,14 @@ fn coated_metal_agrees_with_a_random_walk() {
     }
 }
 
-/// Energy of a rough coat over a white metal: never gained beyond the tabulation.
+/// Energy of a rough coat over a white metal: never gained beyond the tabulation, and lost only where the metal's own facets lose it.
 #[test]
 fn rough_coats_on_metal_gain_nothing() {
     println!("coat, base on white metal: albedo at cos = {VIEWS:?}");
     for (coat, base) in [(0.0, 0.2), (0.1, 0.0), (0.1, 0.3), (0.3, 0.1), (0.5, 0.5), (1.0, 0.05)] {
         let name = format!("coat {coat} metal {base}");
         for (mean, error) in row(&name, &white_coated_metal(coat, base)) {
-            assert!(mean < 1.01 + 4.5 * error && mean > 0.4, "{name}: {mean}");
+            assert!(mean < 1.002 + 4.5 * error && mean > 0.4, "{name}: {mean}");
         }
     }
 }
