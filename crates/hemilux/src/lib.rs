@@ -1,3 +1,19 @@
 //! Light transport by gathering over a zonal solution, with its error.
+//!
+//! The data flow is one way: a [`hemilux_scene::Scene`] is prepared into a [`world::World`]; particles make
+//! [`zones::Zones`] from it; [`gather`] integrates the hemisphere at every visible point over them; [`film::Film`] keeps
+//! the sums; [`render`] drives it all over tiles, passes and threads.
+//!
+//! Three modes: `zonal` (gather rays end on zones: fast, smooth, **biased by the zones**), `path` (the unbiased
+//! reference, [`transport`] without zones) and `zones` (the zonal solution as one sees it).
 
 pub mod bsdf;
+pub mod film;
+pub mod gather;
+pub mod picture;
+pub mod render;
+pub mod sampler;
+pub mod sensor;
+pub mod transport;
+pub mod world;
+pub mod zones;

@@ -500,7 +500,7 @@ impl Lobe {
     }
 
     /// Directional-hemispherical albedo as flux: exact for smooth and diffuse lobes, Fresnel term of the mean plane for rough ones.
-    pub(super) fn albedo(&self, wo: Vec3) -> Rgb {
+    pub(crate) fn albedo(&self, wo: Vec3) -> Rgb {
         let cos = wo.z.abs();
         match self.0 {
             Shape::Lambert { albedo, .. } => albedo,

@@ -45,6 +45,7 @@ mod coat;
 pub mod fresnel;
 mod ggx;
 mod lobe;
+mod split;
 
 pub use ggx::SMOOTH_ALPHA;
 pub use lobe::{Branch, Lobe, LobeClass};

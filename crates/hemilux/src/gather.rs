@@ -1,0 +1,177 @@
+//! The gather: quadrature of the field radiance over the hemisphere at one visible point (report, equation 1).
+//!
+//! Every lobe of the BRDF is integrated in its own chart of the unit square: the cosine-weighted disk for diffuse ones,
+//! visible normals for glossy ones. Luminaires are sampled by shadow rays; a gather ray that meets a luminaire first
+//! thing shares it with them by the power heuristic on counts, one that meets it at the end of a specular chain has
+//! found a *virtual luminaire* and counts fully. A [`Strategy`] decides the strata; everything else is shared.
+
+use crate::bsdf::{Bsdf, BsdfSample, LobeClass, Transport as Quantity};
+use crate::sampler::{PointSet, Sampler};
+use crate::transport::{Arrival, Start, Walker, power_heuristic};
+use crate::world::Surface;
+use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
+
+/// How the strata of a gather are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// A jittered grid on the unit square, anew in every pass. Unbiased.
+    #[default]
+    Jittered,
+    /// Owen-scrambled Sobol' points that go on from pass to pass. Unbiased.
+    Sobol,
+}
+
+impl Strategy {
+    /// Every strategy with its name on the command line.
+    pub const ALL: [(&'static str, Strategy); 2] =
+        [("jittered", Strategy::Jittered), ("sobol", Strategy::Sobol)];
+
+    /// The points of `n` gather rays.
+    fn points(self, sampler: &mut Sampler, n: u32) -> PointSet {
+        sampler.set(n, self == Strategy::Jittered)
+    }
+}
+
+/// How much work one gather is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GatherPlan {
+    /// Gather rays over all lobes.
+    pub rays: u32,
+    /// Shadow rays.
+    pub shadow_rays: u32,
+    /// Strata.
+    pub strategy: Strategy,
+}
+
+impl GatherPlan {
+    /// The plan for a vertex that counts only with factor `weight`: fewer rays, but never none.
+    pub fn scaled(self, weight: f32) -> GatherPlan {
+        let part = |n: u32| ((n as f32 * weight.clamp(0.0, 1.0).sqrt()).ceil() as u32).max(1);
+        GatherPlan { rays: part(self.rays), shadow_rays: part(self.shadow_rays), ..self }
+    }
+}
+
+/// Rays that each lobe of a BSDF receives: in proportion to its albedo, at least one.
+struct Shares {
+    rays: [u32; crate::bsdf::MAX_LOBES],
+}
+
+impl Shares {
+    fn new(bsdf: &Bsdf, wo: Vec3, rays: u32) -> Shares {
+        let mut shares = Shares { rays: [0; crate::bsdf::MAX_LOBES] };
+        let smooth = bsdf.lobes().iter().filter(|l| l.kind() != LobeClass::Delta).count();
+        if smooth == 1 {
+            for (n, l) in shares.rays.iter_mut().zip(bsdf.lobes()) {
+                *n = if l.kind() == LobeClass::Delta { 0 } else { rays };
+            }
+            return shares;
+        }
+        let all: f32 =
+            bsdf.lobes().iter().filter(|l| l.kind() != LobeClass::Delta).map(|l| l.albedo(wo).max()).sum();
+        for (n, l) in shares.rays.iter_mut().zip(bsdf.lobes()) {
+            if l.kind() != LobeClass::Delta {
+                let share = if all > 0.0 { l.albedo(wo).max() / all } else { 1.0 };
+                *n = ((rays as f32 * share).ceil() as u32).max(1);
+            }
+        }
+        shares
+    }
+}
+
+/// The surface radiance that the non-delta lobes at `s` send towards where the ray came from. Unbiased given the zones.
+pub fn gather(
+    walker: &Walker,
+    s: &Surface,
+    bsdf: &Bsdf,
+    plan: &GatherPlan,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> Rgb {
+    let wo = s.frame.to_local(s.wo);
+    let shares = Shares::new(bsdf, wo, plan.rays);
+    let mut radiance = shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, rays);
+    for (k, lobe) in bsdf.lobes().iter().enumerate() {
+        let n = shares.rays[k];
+        if n == 0 {
+            continue;
+        }
+        let points = plan.strategy.points(sampler, n);
+        let mut sum = Rgb::BLACK;
+        for i in 0..n {
+            let Some(sample) = lobe.sample(wo, points.point(i), Quantity::Radiance) else { continue };
+            let mut branch = sampler.branch(i);
+            sum += gather_ray(walker, s, &sample, n, plan.shadow_rays, &mut branch, rays);
+        }
+        radiance += sum * (1.0 / n as f32);
+    }
+    radiance
+}
+
+/// One gather ray: the field radiance along it, times BRDF and cosine over density.
+fn gather_ray(
+    walker: &Walker,
+    s: &Surface,
+    sample: &BsdfSample,
+    n: u32,
+    shadow_rays: u32,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> Rgb {
+    let wi = s.frame.to_world(sample.wi).normalize();
+    if s.is_front(wi) != (sample.wi.z > 0.0) || sample.weight.is_black() {
+        return Rgb::BLACK;
+    }
+    let arrival = Arrival::Shared { from: s.p, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
+    let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1 };
+    sample.weight * walker.field_radiance(start, sampler, rays)
+}
+
+/// Luminaires by shadow rays, stratified over luminaires and over their points, each lobe weighted against its own
+/// gather rays.
+fn shadow_rays(
+    walker: &Walker,
+    s: &Surface,
+    bsdf: &Bsdf,
+    wo: Vec3,
+    shares: &Shares,
+    plan: &GatherPlan,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> Rgb {
+    let m = plan.shadow_rays;
+    let shift = sampler.next1();
+    let points = plan.strategy.points(sampler, m);
+    let mut sum = Rgb::BLACK;
+    for i in 0..m {
+        let u_pick = (i as f32 + shift) / m as f32;
+        // Stride through the points so that each luminaire sees them well spread.
+        let u = points.point(i);
+        let Some(l) = walker.world.luminaires.sample(&walker.world.scene, s.p, u_pick, u) else { continue };
+        let wi = s.frame.to_local(l.wi);
+        if s.is_front(l.wi) != (wi.z > 0.0) {
+            continue;
+        }
+        let mut f = Rgb::BLACK;
+        for (k, lobe) in bsdf.lobes().iter().enumerate() {
+            if shares.rays[k] == 0 {
+                continue;
+            }
+            let weight = if l.met_by_rays {
+                let gathered = shares.rays[k] as f32 * lobe.pdf_solid_angle(wo, wi);
+                power_heuristic(m as f32 * l.pdf_solid_angle, gathered)
+            } else {
+                1.0
+            };
+            f += lobe.eval(wo, wi, Quantity::Radiance) * weight;
+        }
+        if f.is_black() {
+            continue;
+        }
+        *rays += 1;
+        if !l.is_occluded(walker.world, s) {
+            sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
+        }
+    }
+    sum
+}

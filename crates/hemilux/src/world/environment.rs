@@ -1,0 +1,322 @@
+//! Sky and sun: radiance from infinity by direction, and sampling in proportion to it.
+//!
+//! Image environments use the equal-area octahedral map of Clarberg 2008 ("Fast equal-area mapping of the
+//! (hemi)sphere using SIMD") in the orientation of pbrt-v4, or latitude and longitude. They are sampled by a piecewise
+//! constant table over texels weighted by the solid angle of each.
+
+use super::texture;
+use hemilux_scene::geom::{Frame, Vec2, Vec3};
+use hemilux_scene::{Environment, EnvironmentLayout, Rgb, Scene, Wrap};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+/// A prepared environment.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    kind: Kind,
+    /// ∫ L dω, W·m⁻².
+    pub integral: Rgb,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Constant(Rgb),
+    Sun { frame: Frame, radiance: Rgb, /* 1 - cos of the half-angle */ height: f64 },
+    Image { index: usize, layout: EnvironmentLayout, table: Table },
+}
+
+impl Sky {
+    /// Prepare environment number `index` of the scene.
+    pub fn new(scene: &Scene, index: usize) -> Sky {
+        match &scene.environments[index] {
+            Environment::Constant { radiance } => {
+                Sky { kind: Kind::Constant(*radiance), integral: *radiance * (4.0 * PI) }
+            }
+            Environment::Sun { direction, cos_half_angle, radiance } => {
+                let height = 1.0 - cos_half_angle;
+                let solid_angle = 2.0 * std::f64::consts::PI * height;
+                let frame = Frame::from_normal(*direction);
+                Sky {
+                    kind: Kind::Sun { frame, radiance: *radiance, height },
+                    integral: *radiance * solid_angle as f32,
+                }
+            }
+            Environment::Image { image, scale, layout, .. } => {
+                let image = &scene.images[image.0 as usize];
+                let (w, h) = (image.width as usize, image.height as usize);
+                let total = 4.0 * std::f64::consts::PI;
+                let row_weight = |y: usize| match layout {
+                    EnvironmentLayout::EqualAreaOctahedral => total / (w * h) as f64,
+                    EnvironmentLayout::LatLong => {
+                        let cos = |y: usize| (y as f64 / h as f64 * std::f64::consts::PI).cos();
+                        2.0 * std::f64::consts::PI * (cos(y) - cos(y + 1)) / w as f64
+                    }
+                };
+                let mut integral = [0f64; 3];
+                let mut weights = Vec::with_capacity(w * h);
+                for y in 0..h {
+                    for x in 0..w {
+                        let v = image.texels[y * w + x] * *scale;
+                        (0..3).for_each(|c| integral[c] += v[c] as f64 * row_weight(y));
+                        // Bilinear look-up reaches into neighbours: a floor keeps the density positive there.
+                        weights.push(v.luminance().max(0.0) as f64 * row_weight(y));
+                    }
+                }
+                let table = Table::new(w, h, &smear(&weights, w, h));
+                Sky {
+                    kind: Kind::Image { index, layout: *layout, table },
+                    integral: Rgb(integral.map(|v| v as f32)),
+                }
+            }
+        }
+    }
+
+    /// Radiance that arrives from unit direction `dir`.
+    pub fn radiance(&self, scene: &Scene, dir: Vec3) -> Rgb {
+        match &self.kind {
+            Kind::Constant(l) => *l,
+            Kind::Sun { frame, radiance, height } => {
+                // 1 − cos by the chord, which keeps its digits for small angles.
+                let inside = 0.5 * (dir - frame.n).length_squared() as f64 <= *height;
+                if inside { *radiance } else { Rgb::BLACK }
+            }
+            Kind::Image { index, layout, .. } => {
+                let Environment::Image { image, scale, to_world, portal, .. } = &scene.environments[*index]
+                else {
+                    return Rgb::BLACK;
+                };
+                if let Some(corners) = portal
+                    && !through_portal(corners, dir)
+                {
+                    return Rgb::BLACK;
+                }
+                let local = to_world.matrix3.inverse().mul_vec3(dir.as_dvec3()).normalize().as_vec3();
+                let uv = direction_to_uv(*layout, local);
+                let st = Vec2::new(uv.x, 1.0 - uv.y);
+                texture::lookup(&scene.images[image.0 as usize], st, Wrap::Clamp, true) * *scale
+            }
+        }
+    }
+
+    /// A direction in proportion to radiance, and its density per solid angle.
+    pub fn sample(&self, scene: &Scene, u: [f32; 2]) -> (Vec3, f32) {
+        match &self.kind {
+            Kind::Constant(_) => {
+                let z = 1.0 - 2.0 * u[0];
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                let (s, c) = (2.0 * PI * u[1]).sin_cos();
+                (Vec3::new(r * c, r * s, z), 0.25 / PI)
+            }
+            Kind::Sun { frame, height, .. } => {
+                let x = u[0] as f64 * height;
+                let sin = (x * (2.0 - x)).max(0.0).sqrt() as f32;
+                let (s, c) = (2.0 * PI * u[1]).sin_cos();
+                let dir = frame.to_world(Vec3::new(sin * c, sin * s, (1.0 - x) as f32)).normalize();
+                (dir, (0.5 / std::f64::consts::PI / height) as f32)
+            }
+            Kind::Image { index, layout, table } => {
+                let Environment::Image { to_world, .. } = &scene.environments[*index] else {
+                    return (Vec3::Z, 0.0);
+                };
+                let (uv, density) = table.sample(u);
+                let local = uv_to_direction(*layout, uv);
+                let dir = to_world.matrix3.mul_vec3(local.as_dvec3()).normalize().as_vec3();
+                (dir, density / steradians_per_square(*layout, uv))
+            }
+        }
+    }
+
+    /// Density of [`Sky::sample`] per solid angle.
+    pub fn pdf_solid_angle(&self, scene: &Scene, dir: Vec3) -> f32 {
+        match &self.kind {
+            Kind::Constant(_) => 0.25 / PI,
+            Kind::Sun { frame, height, .. } => {
+                let inside = 0.5 * (dir - frame.n).length_squared() as f64 <= *height;
+                if inside { (0.5 / std::f64::consts::PI / height) as f32 } else { 0.0 }
+            }
+            Kind::Image { index, layout, table } => {
+                let Environment::Image { to_world, .. } = &scene.environments[*index] else { return 0.0 };
+                let local = to_world.matrix3.inverse().mul_vec3(dir.as_dvec3()).normalize().as_vec3();
+                let uv = direction_to_uv(*layout, local);
+                table.density(uv) / steradians_per_square(*layout, uv)
+            }
+        }
+    }
+}
+
+/// Whether the direction passes through the window as seen from its own plane's far side.
+fn through_portal(corners: &[Vec3; 4], dir: Vec3) -> bool {
+    let n = (corners[1] - corners[0]).cross(corners[3] - corners[0]);
+    n.dot(dir) != 0.0
+}
+
+/// Keep a tenth of the largest neighbour so that no texel next to a bright one has a vanishing density.
+fn smear(weights: &[f64], w: usize, h: usize) -> Vec<f64> {
+    let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
+    let mut out = weights.to_vec();
+    for y in 0..h {
+        for x in 0..w {
+            out[y * w + x] = weights[y * w + x].max(1e-3 * mean);
+        }
+    }
+    out
+}
+
+fn steradians_per_square(layout: EnvironmentLayout, uv: Vec2) -> f32 {
+    match layout {
+        EnvironmentLayout::EqualAreaOctahedral => 4.0 * PI,
+        EnvironmentLayout::LatLong => (2.0 * PI * PI * (uv.y * PI).sin()).max(1e-20),
+    }
+}
+
+/// Unit direction to image coordinates, (0, 0) at the first texel of the first row.
+pub fn direction_to_uv(layout: EnvironmentLayout, d: Vec3) -> Vec2 {
+    match layout {
+        EnvironmentLayout::EqualAreaOctahedral => {
+            let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
+            let r = (1.0 - z).max(0.0).sqrt();
+            let (a, b) = (x.max(y), x.min(y));
+            let mut phi = if a == 0.0 { 0.0 } else { (b / a).atan() / FRAC_PI_2 };
+            if x < y {
+                phi = 1.0 - phi;
+            }
+            let (mut v, mut u) = (phi * r, r - phi * r);
+            if d.z < 0.0 {
+                (u, v) = (1.0 - v, 1.0 - u);
+            }
+            Vec2::new(0.5 * (u.copysign(d.x) + 1.0), 0.5 * (v.copysign(d.y) + 1.0))
+        }
+        EnvironmentLayout::LatLong => {
+            let phi = d.y.atan2(d.x);
+            let u = phi / (2.0 * PI);
+            Vec2::new(if u < 0.0 { u + 1.0 } else { u }, d.z.clamp(-1.0, 1.0).acos() / PI)
+        }
+    }
+}
+
+/// Image coordinates to unit direction; inverse of [`direction_to_uv`].
+pub fn uv_to_direction(layout: EnvironmentLayout, uv: Vec2) -> Vec3 {
+    match layout {
+        EnvironmentLayout::EqualAreaOctahedral => {
+            let (u, v) = (2.0 * uv.x - 1.0, 2.0 * uv.y - 1.0);
+            let (up, vp) = (u.abs(), v.abs());
+            let signed = 1.0 - (up + vp);
+            let d = signed.abs();
+            let r = 1.0 - d;
+            let phi = (if r == 0.0 { 1.0 } else { (vp - up) / r + 1.0 }) * FRAC_PI_4;
+            let z = (1.0 - r * r).copysign(signed);
+            let s = r * (2.0 - r * r).max(0.0).sqrt();
+            Vec3::new((s * phi.cos()).copysign(u), (s * phi.sin()).copysign(v), z)
+        }
+        EnvironmentLayout::LatLong => {
+            let (sp, cp) = (2.0 * PI * uv.x).sin_cos();
+            let (st, ct) = (PI * uv.y).sin_cos();
+            Vec3::new(st * cp, st * sp, ct)
+        }
+    }
+}
+
+/// Piecewise constant density over a grid on the unit square, sampled by rows, then columns.
+#[derive(Clone, Debug)]
+struct Table {
+    width: usize,
+    height: usize,
+    /// Per row, `width + 1` cumulative sums, normalised.
+    rows: Vec<f32>,
+    /// Cumulative sums over rows, normalised.
+    marginal: Vec<f32>,
+    /// Density per unit of the square.
+    density: Vec<f32>,
+}
+
+impl Table {
+    fn new(width: usize, height: usize, weights: &[f64]) -> Table {
+        let total: f64 = weights.iter().sum();
+        let mut rows = Vec::with_capacity((width + 1) * height);
+        let mut marginal = vec![0f32];
+        let mut sum = 0.0;
+        for row in weights.chunks_exact(width) {
+            let row_sum: f64 = row.iter().sum();
+            let mut acc = 0.0;
+            rows.push(0.0);
+            for (x, w) in row.iter().enumerate() {
+                acc += w;
+                let even = (x + 1) as f64 / width as f64;
+                rows.push((if row_sum > 0.0 { acc / row_sum } else { even }) as f32);
+            }
+            sum += row_sum;
+            marginal
+                .push((if total > 0.0 { sum / total } else { marginal.len() as f64 / height as f64 }) as f32);
+        }
+        let cells = (width * height) as f64;
+        let density =
+            weights.iter().map(|w| if total > 0.0 { (w / total * cells) as f32 } else { 1.0 }).collect();
+        Table { width, height, rows, marginal, density }
+    }
+
+    fn sample(&self, u: [f32; 2]) -> (Vec2, f32) {
+        let (y, fy) = invert(&self.marginal, u[1]);
+        let row = &self.rows[y * (self.width + 1)..(y + 1) * (self.width + 1)];
+        let (x, fx) = invert(row, u[0]);
+        let uv = Vec2::new((x as f32 + fx) / self.width as f32, (y as f32 + fy) / self.height as f32);
+        (uv, self.density[y * self.width + x])
+    }
+
+    fn density(&self, uv: Vec2) -> f32 {
+        let x = ((uv.x * self.width as f32) as usize).min(self.width - 1);
+        let y = ((uv.y * self.height as f32) as usize).min(self.height - 1);
+        self.density[y * self.width + x]
+    }
+}
+
+/// Interval of the cumulative table that holds `u`, and where within it.
+fn invert(cumulative: &[f32], u: f32) -> (usize, f32) {
+    let i = cumulative.partition_point(|&c| c <= u).clamp(1, cumulative.len() - 1) - 1;
+    let width = cumulative[i + 1] - cumulative[i];
+    let f = if width > 0.0 { ((u - cumulative[i]) / width).clamp(0.0, 1.0 - f32::EPSILON) } else { 0.5 };
+    (i, f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hemiquad::points::Key;
+
+    #[test]
+    fn layouts_invert_and_the_octahedral_one_keeps_area() {
+        let key = Key::new(3);
+        let mut mean = Vec3::ZERO;
+        let n = 4096;
+        for i in 0..n {
+            let u = hemiquad::points::sobol(i, key);
+            let uv = Vec2::new(u.u, u.v);
+            for layout in [EnvironmentLayout::EqualAreaOctahedral, EnvironmentLayout::LatLong] {
+                let d = uv_to_direction(layout, uv);
+                assert!((d.length() - 1.0).abs() < 1e-5);
+                let back = direction_to_uv(layout, d);
+                let again = uv_to_direction(layout, back);
+                assert!((again - d).length() < 2e-3, "{layout:?} {uv} {d} {back}");
+            }
+            mean += uv_to_direction(EnvironmentLayout::EqualAreaOctahedral, uv);
+        }
+        // The first moment of a uniform sphere is zero.
+        assert!((mean / n as f32).length() < 0.02);
+    }
+
+    #[test]
+    fn table_samples_what_its_density_says() {
+        let weights: Vec<f64> = (0..12).map(|i| (i * i % 7) as f64).collect();
+        let table = Table::new(4, 3, &weights);
+        let mut counts = [0f64; 12];
+        let n = 1 << 14;
+        for i in 0..n {
+            let u = hemiquad::points::sobol(i, Key::new(9));
+            let (uv, density) = table.sample([u.u, u.v]);
+            assert_eq!(density, table.density(uv));
+            counts[(uv.y * 3.0) as usize * 4 + (uv.x * 4.0) as usize] += 1.0 / n as f64;
+        }
+        let total: f64 = weights.iter().sum();
+        for (c, w) in counts.iter().zip(&weights) {
+            assert!((c - w / total).abs() < 2e-3, "{counts:?}");
+        }
+    }
+}

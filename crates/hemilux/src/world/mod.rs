@@ -1,0 +1,257 @@
+//! The prepared scene: ray-tracing structure, luminaires, and what lies at a hit. Immutable and shared by all threads.
+//!
+//! [`World::new`] turns a [`Scene`] into a form rays can meet; nothing later changes it. Primitive ids are those of
+//! `hemilux-accel`: per group (the world's own shapes, and each object) in the order of addition.
+
+pub mod camera;
+pub mod environment;
+pub mod luminaire;
+pub mod surface;
+pub mod texture;
+
+use crate::bsdf::Bsdf;
+use hemilux_accel as accel;
+use hemilux_scene::geom::{DAffine3, Vec3};
+use hemilux_scene::{ConductorFresnel, Geometry, MaterialId, MaterialKind, Roughness, Scene, Shape};
+use luminaire::Luminaires;
+pub use surface::Surface;
+use texture::TexturePoint;
+
+/// Shapes that are traced together: the world's own, or those of one object.
+pub(crate) struct Group {
+    pub shapes: Vec<Shape>,
+    /// First primitive of each shape, and one past the last.
+    pub first_prim: Vec<u32>,
+    /// Shape of each primitive.
+    pub prim_shape: Vec<u32>,
+}
+
+impl Group {
+    fn new(scene: &Scene, shapes: &[Shape]) -> (Group, accel::Group) {
+        let mut builder = accel::GroupBuilder::new();
+        let mut group = Group { shapes: shapes.to_vec(), first_prim: vec![0], prim_shape: Vec::new() };
+        for (i, shape) in shapes.iter().enumerate() {
+            let end = match shape.geometry {
+                Geometry::Mesh(id) => {
+                    let mesh = &scene.meshes[id.0 as usize];
+                    builder.add_mesh(&mesh.positions, &mesh.indices).end
+                }
+                Geometry::Quadric(q, to_group) => builder.add_quadric(convert(q), to_group) + 1,
+            };
+            group.prim_shape.resize(end as usize, i as u32);
+            group.first_prim.push(end);
+        }
+        (group, builder.build())
+    }
+
+    /// Number of primitives.
+    pub fn prims(&self) -> u32 {
+        self.prim_shape.len() as u32
+    }
+}
+
+/// The scene's quadric as the ray tracer's.
+pub(crate) fn convert(q: hemilux_scene::Quadric) -> accel::Quadric {
+    use hemilux_scene::Quadric as Q;
+    match q {
+        Q::Sphere { radius, z_min, z_max, phi_max } => {
+            accel::Quadric::Sphere { radius, z_min, z_max, phi_max }
+        }
+        Q::Disk { height, radius, inner_radius, phi_max } => {
+            accel::Quadric::Disk { height, radius, inner_radius, phi_max }
+        }
+        Q::Cylinder { radius, z_min, z_max, phi_max } => {
+            accel::Quadric::Cylinder { radius, z_min, z_max, phi_max }
+        }
+    }
+}
+
+/// A placed object.
+pub(crate) struct Placement {
+    /// Index into `World::groups`.
+    pub group: u32,
+    pub to_world: DAffine3,
+    /// Normals go to world by this (inverse transpose).
+    pub normal_to_world: glam::DMat3,
+    pub mirrors: bool,
+}
+
+/// The prepared scene.
+pub struct World {
+    /// The description it was made from.
+    pub scene: Scene,
+    pub(crate) accel: accel::Accel,
+    /// Group 0 is the world's own; object i is group i + 1.
+    pub(crate) groups: Vec<Group>,
+    pub(crate) placements: Vec<Placement>,
+    /// Everything that emits.
+    pub luminaires: Luminaires,
+    /// Whether some surface lets rays pass at random or always.
+    has_holes: bool,
+    /// Centre and radius of a ball around all geometry (m).
+    bound: (Vec3, f32),
+}
+
+impl World {
+    /// Build the ray-tracing structure and the list of luminaires.
+    pub fn new(scene: Scene) -> World {
+        let mut groups = Vec::with_capacity(scene.objects.len() + 1);
+        let (world_group, traced) = Group::new(&scene, &scene.shapes);
+        let mut builder = accel::SceneBuilder::new(traced);
+        groups.push(world_group);
+        for object in &scene.objects {
+            let (group, traced) = Group::new(&scene, &object.shapes);
+            builder.add_group(traced);
+            groups.push(group);
+        }
+        let mut placements = Vec::with_capacity(scene.instances.len());
+        for instance in &scene.instances {
+            builder.add_instance(instance.object, instance.to_world);
+            let linear = instance.to_world.matrix3;
+            placements.push(Placement {
+                group: instance.object + 1,
+                to_world: instance.to_world,
+                normal_to_world: linear.inverse().transpose(),
+                mirrors: linear.determinant() < 0.0,
+            });
+        }
+        let accel = builder.build();
+        let has_holes = groups.iter().flat_map(|g| &g.shapes).any(|s| {
+            s.alpha.is_some()
+                || matches!(scene.materials[s.material.0 as usize].kind, MaterialKind::Interface)
+        });
+        let box_ = accel.bounds();
+        let bound = match box_.is_empty() {
+            false => ((box_.min + box_.max) * 0.5, (box_.max - box_.min).length() * 0.5),
+            true => (Vec3::ZERO, 1.0),
+        };
+        let mut world =
+            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, bound };
+        world.luminaires = Luminaires::new(&world);
+        world
+    }
+
+    /// Centre and radius (m) of a ball around all geometry.
+    pub fn bound(&self) -> (Vec3, f32) {
+        self.bound
+    }
+
+    /// Number of primitives, instances counted as often as they are placed.
+    pub fn primitives(&self) -> u64 {
+        let placed: u64 = self.placements.iter().map(|p| self.groups[p.group as usize].prims() as u64).sum();
+        self.groups[0].prims() as u64 + placed
+    }
+
+    /// Bytes of the ray-tracing structure.
+    pub fn accel_bytes(&self) -> usize {
+        self.accel.memory_bytes()
+    }
+
+    /// The nearest surface along the ray that is not a hole, within `t_max`. `dir` is unit.
+    #[inline]
+    pub fn closest(&self, origin: Vec3, dir: Vec3, t_max: f32) -> Option<Surface> {
+        let mut ray = accel::Ray { origin, dir, t_min: 0.0, t_max };
+        let mut travelled = 0.0;
+        loop {
+            let hit = self.accel.closest(&ray)?;
+            let mut surface = self.surface(&hit, dir);
+            if !self.has_holes || !self.is_hole(&surface) {
+                surface.t += travelled;
+                return Some(surface);
+            }
+            travelled += hit.t;
+            ray.origin = accel::offset_origin(surface.p, surface.p_error, surface.ng, dir);
+            ray.t_max = t_max - travelled;
+        }
+    }
+
+    /// Whether anything opaque lies on the open segment from `origin` along unit `dir` up to `t_max`.
+    #[inline]
+    pub fn occluded(&self, origin: Vec3, dir: Vec3, t_max: f32) -> bool {
+        if self.has_holes {
+            return self.closest(origin, dir, t_max).is_some();
+        }
+        self.accel.occluded(&accel::Ray { origin, dir, t_min: 0.0, t_max })
+    }
+
+    fn is_hole(&self, s: &Surface) -> bool {
+        let shape = self.shape(s.group, s.shape);
+        if matches!(self.scene.materials[shape.material.0 as usize].kind, MaterialKind::Interface) {
+            return true;
+        }
+        let Some(alpha) = shape.alpha else { return false };
+        let alpha = texture::float(&self.scene, alpha, &s.texture_point());
+        if alpha >= 1.0 {
+            return false;
+        }
+        // Keyed by place, so that every ray and every thread decides alike there.
+        let key = hemiquad::points::Key::new(0x0a1f_a0a1)
+            .with(s.p.x.to_bits() as u64 | (s.p.y.to_bits() as u64) << 32)
+            .with(s.p.z.to_bits() as u64);
+        key.uniform(0) >= alpha
+    }
+
+    #[inline]
+    pub(crate) fn shape(&self, group: u32, shape: u32) -> &Shape {
+        &self.groups[group as usize].shapes[shape as usize]
+    }
+
+    /// How the surface scatters at this point, in its shading frame.
+    #[inline]
+    pub fn bsdf(&self, s: &Surface) -> Bsdf {
+        self.material_bsdf(self.shape(s.group, s.shape).material, &s.texture_point())
+    }
+
+    fn material_bsdf(&self, id: MaterialId, at: &TexturePoint) -> Bsdf {
+        let rgb = |p| texture::rgb(&self.scene, p, at).map(|v| v.max(0.0));
+        // Reflectances above 1 would create energy.
+        let albedo = |p| rgb(p).map(|v| v.min(1.0));
+        let alpha = |r: &Roughness| self.alpha(r, at);
+        match &self.scene.materials[id.0 as usize].kind {
+            MaterialKind::Diffuse { reflectance } => Bsdf::diffuse(albedo(*reflectance)),
+            MaterialKind::Conductor { fresnel, roughness } => match *fresnel {
+                ConductorFresnel::EtaK(eta, k) => Bsdf::conductor(rgb(eta), rgb(k), alpha(roughness)),
+                ConductorFresnel::Reflectance(r) => Bsdf::conductor_reflectance(albedo(r), alpha(roughness)),
+            },
+            MaterialKind::Dielectric { eta, roughness } => Bsdf::dielectric(*eta, alpha(roughness)),
+            MaterialKind::ThinDielectric { eta } => Bsdf::thin_dielectric(*eta),
+            MaterialKind::CoatedDiffuse { reflectance, eta, roughness } => {
+                Bsdf::coated_diffuse(albedo(*reflectance), *eta, alpha(roughness))
+            }
+            MaterialKind::CoatedConductor { eta, coat_roughness, fresnel, base_roughness } => {
+                let (n, k) = match *fresnel {
+                    ConductorFresnel::EtaK(n, k) => (rgb(n), rgb(k)),
+                    ConductorFresnel::Reflectance(r) => {
+                        let r = albedo(r).map(|v| v.min(0.9999));
+                        (hemilux_scene::Rgb::WHITE, r.map(|v| 2.0 * (v / (1.0 - v)).sqrt()))
+                    }
+                };
+                Bsdf::coated_conductor(*eta, alpha(coat_roughness), n, k, alpha(base_roughness))
+            }
+            MaterialKind::DiffuseTransmission { reflectance, transmittance, scale } => {
+                let (r, t) = (rgb(*reflectance) * *scale, rgb(*transmittance) * *scale);
+                let excess = (r + t).map(|v| v.max(1.0));
+                let share = |x: hemilux_scene::Rgb| {
+                    hemilux_scene::Rgb([x[0] / excess[0], x[1] / excess[1], x[2] / excess[2]])
+                };
+                Bsdf::diffuse_transmission(share(r), share(t))
+            }
+            MaterialKind::Mix { a, b, amount } => {
+                let t = texture::float(&self.scene, *amount, at).clamp(0.0, 1.0);
+                match t {
+                    0.0 => self.material_bsdf(*a, at),
+                    1.0 => self.material_bsdf(*b, at),
+                    _ => Bsdf::mix(&self.material_bsdf(*a, at), &self.material_bsdf(*b, at), t),
+                }
+            }
+            MaterialKind::Interface => Bsdf::none(),
+        }
+    }
+
+    fn alpha(&self, r: &Roughness, at: &TexturePoint) -> [f32; 2] {
+        [r.u, r.v].map(|p| {
+            let v = texture::float(&self.scene, p, at).clamp(0.0, 1.0);
+            if r.remap { v.sqrt() } else { v }
+        })
+    }
+}

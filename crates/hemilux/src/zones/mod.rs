@@ -1,0 +1,165 @@
+//! The zonal solution: a cheap, world-space estimate of the irradiance on every surface, for the far end of gather
+//! rays (report, equation 1).
+//!
+//! [`ZoneMap`] cuts the surfaces, [`particles::Deposits`] collects flux by ray tracing, and [`Zones`] is the finished
+//! solution that gathers look up. A solution can be written to a file and read back ([`Zones::write`], [`Zones::read`]),
+//! or drawn as a coloured mesh ([`mesh::write_ply`]).
+
+pub mod file;
+pub mod map;
+pub mod mesh;
+pub mod particles;
+
+use crate::bsdf::Bsdf;
+use crate::world::{Surface, World};
+use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
+pub use map::{ZoneMap, ZonePlace};
+use particles::{Bin, Deposits, Ledger};
+use std::f32::consts::FRAC_1_PI;
+
+/// How fine and how well a zonal solution is to be made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZoneOptions {
+    /// Most zones.
+    pub budget: u32,
+    /// Particles to trace.
+    pub particles: u64,
+    /// Seed of the particles.
+    pub seed: u64,
+}
+
+impl Default for ZoneOptions {
+    fn default() -> Self {
+        ZoneOptions { budget: 60_000, particles: 1 << 21, seed: 0 }
+    }
+}
+
+/// Irradiance per zone side (W·m⁻²), with its standard error.
+#[derive(Clone, Debug)]
+pub struct Zones {
+    map: ZoneMap,
+    /// Whole irradiance, by zone × 2 + side.
+    total: Vec<Rgb>,
+    /// Its caustic part.
+    caustic: Vec<Rgb>,
+    /// Standard error of the luminance of `total`.
+    error: Vec<f32>,
+    /// Where the flux went, per particle (W).
+    pub ledger: Ledger,
+    /// Particles traced.
+    pub particles: u64,
+}
+
+impl Zones {
+    /// Cut the world and trace particles.
+    pub fn solve(world: &World, options: &ZoneOptions) -> Zones {
+        Zones::solve_until(world, options, |_| false)
+    }
+
+    /// The same, but no further once `stop` (given the particles so far) says so.
+    pub fn solve_until(world: &World, options: &ZoneOptions, stop: impl FnMut(u64) -> bool) -> Zones {
+        let map = ZoneMap::new(world, options.budget);
+        let mut deposits = Deposits::new(map.len(), world.luminaires.power());
+        deposits.trace(world, &map, options.seed, options.particles, stop);
+        Zones::finish(map, &deposits)
+    }
+
+    fn finish(map: ZoneMap, deposits: &Deposits) -> Zones {
+        let n = deposits.particles.max(1) as f64;
+        let sides = map.len() * 2;
+        let (mut total, mut caustic, mut error) =
+            (Vec::with_capacity(sides), Vec::with_capacity(sides), Vec::with_capacity(sides));
+        for side in 0..sides {
+            let area = map.areas()[side / 2] as f64;
+            let per_area = if area > 0.0 { 1.0 / (n * area) } else { 0.0 };
+            let bins = [Bin::Direct, Bin::Caustic, Bin::Indirect].map(|b| deposits.flux(side, b));
+            let sum = [0, 1, 2].map(|c| bins.iter().map(|b| b[c]).sum::<f64>());
+            total.push(Rgb(sum.map(|v| (v * per_area) as f32)));
+            caustic.push(Rgb(bins[Bin::Caustic as usize].map(|v| (v * per_area) as f32)));
+            error.push((deposits.squares(side).sqrt() * per_area) as f32);
+        }
+        let scale = |v: [f64; 3]| v.map(|x| x / n);
+        let l = deposits.ledger;
+        let ledger = Ledger {
+            emitted: scale(l.emitted),
+            absorbed: scale(l.absorbed),
+            escaped: scale(l.escaped),
+            incident: scale(l.incident),
+            truncated: scale(l.truncated),
+            rays: l.rays,
+        };
+        Zones { map, total, caustic, error, ledger, particles: deposits.particles }
+    }
+
+    /// The cut surfaces.
+    pub fn map(&self) -> &ZoneMap {
+        &self.map
+    }
+
+    /// Irradiance of a zone side (W·m⁻²).
+    pub fn irradiance(&self, zone: u32, side: u32) -> Rgb {
+        self.total[(zone * 2 + side) as usize]
+    }
+
+    /// Standard error of the luminance of [`Zones::irradiance`], from the spread of deposits.
+    pub fn standard_error(&self, zone: u32, side: u32) -> f32 {
+        self.error[(zone * 2 + side) as usize]
+    }
+
+    /// Median and 95th percentile, over lit zone sides weighted by area, of the relative standard error.
+    pub fn relative_errors(&self) -> (f32, f32) {
+        let mut v: Vec<(f32, f32)> = Vec::new();
+        for side in 0..self.total.len() {
+            let e = self.total[side].luminance();
+            if e > 0.0 {
+                v.push((self.error[side] / e, self.map.areas()[side / 2]));
+            }
+        }
+        v.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: f64 = v.iter().map(|x| x.1 as f64).sum();
+        let at = |share: f64| {
+            let mut sum = 0.0;
+            v.iter().find(|x| {
+                sum += x.1 as f64;
+                sum >= share * all
+            })
+        };
+        let pick = |share| at(share).map_or(0.0, |x| x.0);
+        (pick(0.5), pick(0.95))
+    }
+
+    /// Whether any particle arrived through a specular chain.
+    pub fn has_caustics(&self) -> bool {
+        self.caustic.iter().any(|c| !c.is_black())
+    }
+
+    /// The zone at `s` (see [`ZoneMap::locate`]).
+    #[inline]
+    pub fn locate(&self, world: &World, s: &Surface, jitter: [f32; 2]) -> ZonePlace {
+        self.map.locate(world, s, jitter)
+    }
+
+    /// Surface radiance towards `wo` (local) by the diffuse lobes under the zone's irradiance on both sides.
+    #[inline]
+    pub fn reflected(&self, place: &ZonePlace, bsdf: &Bsdf, wo: Vec3) -> Rgb {
+        scattered(&self.total, place, bsdf, wo)
+    }
+
+    /// The caustic part of [`Zones::reflected`].
+    #[inline]
+    pub fn reflected_caustic(&self, place: &ZonePlace, bsdf: &Bsdf, wo: Vec3) -> Rgb {
+        scattered(&self.caustic, place, bsdf, wo)
+    }
+}
+
+#[inline]
+fn scattered(irradiance: &[Rgb], place: &ZonePlace, bsdf: &Bsdf, wo: Vec3) -> Rgb {
+    let at = |side: u32| irradiance[(place.zone * 2 + side) as usize];
+    let mut radiance = bsdf.diffuse_albedo(wo) * at(place.side);
+    let through = bsdf.diffuse_transmission_albedo(wo);
+    if !through.is_black() {
+        radiance += through * at(1 - place.side);
+    }
+    radiance * FRAC_1_PI
+}

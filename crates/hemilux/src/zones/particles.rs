@@ -1,0 +1,230 @@
+//! Light particles: the report's zonal solution computed by ray tracing.
+//!
+//! Particles leave the luminaires in proportion to power, follow specular chains, deposit their flux in the zone of
+//! every surface that scatters otherwise (collision estimator), and survive by Russian roulette on the luminance of
+//! what is scattered. Deposits fall in three bins: *direct* (straight from the luminaire), *caustic* (from the luminaire
+//! through mirrors and glass only) and *indirect* (the rest).
+//!
+//! Deposits are summed in integers, so the result does not depend on the number of threads. The books balance: what
+//! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
+
+use super::map::ZoneMap;
+use crate::bsdf::Transport as Quantity;
+use crate::world::World;
+use hemilux_scene::Rgb;
+use hemiquad::points::{Key, sobol};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Particles that are traced as one unit of work.
+const CHUNK: u64 = 2048;
+/// Longest life of a particle, in scatterings.
+const LONGEST_LIFE: u32 = 2000;
+
+/// What kind of arrival a deposit was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bin {
+    /// Straight from a luminaire.
+    Direct = 0,
+    /// From a luminaire through specular reflections and refractions only.
+    Caustic = 1,
+    /// After at least one other scattering.
+    Indirect = 2,
+}
+
+/// Where the flux went (W per band, divided by nothing: sums over particles).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ledger {
+    /// Left luminaires.
+    pub emitted: [f64; 3],
+    /// Lost at surfaces (net of roulette: negative contributions occur).
+    pub absorbed: [f64; 3],
+    /// Left the scene.
+    pub escaped: [f64; 3],
+    /// Arrived at surfaces that scatter other than specularly.
+    pub incident: [f64; 3],
+    /// Cut off at the longest life.
+    pub truncated: [f64; 3],
+    /// Segments traced.
+    pub rays: u64,
+}
+
+impl Ledger {
+    fn add(mut self, o: &Ledger) -> Ledger {
+        for c in 0..3 {
+            self.emitted[c] += o.emitted[c];
+            self.absorbed[c] += o.absorbed[c];
+            self.escaped[c] += o.escaped[c];
+            self.incident[c] += o.incident[c];
+            self.truncated[c] += o.truncated[c];
+        }
+        self.rays += o.rays;
+        self
+    }
+}
+
+/// Running sums of deposits per zone side: integers, so any order of addition gives the same.
+pub struct Deposits {
+    /// Per zone side and bin, three bands.
+    flux: Vec<AtomicU64>,
+    /// Per zone side: sum of squared luminance of deposits.
+    squares: Vec<AtomicU64>,
+    unit: f64,
+    square_unit: f64,
+    /// Totals so far.
+    pub ledger: Ledger,
+    /// Particles so far.
+    pub particles: u64,
+}
+
+impl Deposits {
+    /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
+    pub fn new(zones: usize, power: f64) -> Deposits {
+        let power = if power > 0.0 { power } else { 1.0 };
+        let zeros = |n: usize| (0..n).map(|_| AtomicU64::new(0)).collect();
+        Deposits {
+            flux: zeros(zones * 2 * 9),
+            squares: zeros(zones * 2),
+            // A particle carries about `power`: 26 bits of it, and room for 2³⁸ such deposits.
+            unit: (1u64 << 26) as f64 / power,
+            square_unit: (1u64 << 20) as f64 / (power * power),
+            ledger: Ledger::default(),
+            particles: 0,
+        }
+    }
+
+    #[inline]
+    fn deposit(&self, side: usize, bin: Bin, flux: Rgb) {
+        for c in 0..3 {
+            let v = (flux[c] as f64 * self.unit + 0.5) as u64;
+            self.flux[side * 9 + bin as usize * 3 + c].fetch_add(v, Ordering::Relaxed);
+        }
+        let y = flux.luminance() as f64;
+        self.squares[side].fetch_add((y * y * self.square_unit + 0.5) as u64, Ordering::Relaxed);
+    }
+
+    /// Summed flux of a zone side in a bin (W × particles).
+    pub fn flux(&self, side: usize, bin: Bin) -> [f64; 3] {
+        [0, 1, 2]
+            .map(|c| self.flux[side * 9 + bin as usize * 3 + c].load(Ordering::Relaxed) as f64 / self.unit)
+    }
+
+    /// Summed squared luminance of deposits of a zone side (W² × particles).
+    pub fn squares(&self, side: usize) -> f64 {
+        self.squares[side].load(Ordering::Relaxed) as f64 / self.square_unit
+    }
+
+    /// Trace particles `self.particles ..` up to `total` of a set meant to be `planned` strong (for stratification),
+    /// stopping early when `stop` says so (asked between batches).
+    pub fn trace(
+        &mut self,
+        world: &World,
+        map: &ZoneMap,
+        seed: u64,
+        total: u64,
+        mut stop: impl FnMut(u64) -> bool,
+    ) {
+        let key = Key::new(seed).with(0x9a_47_1c_1e);
+        const BATCH: u64 = 64 * CHUNK;
+        while self.particles < total && !stop(self.particles) {
+            let end = (self.particles + BATCH).min(total);
+            let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
+            let this = &*self;
+            // Collected in order, then summed in order: the same bits for any number of threads.
+            let ledgers: Vec<Ledger> = starts
+                .par_iter()
+                .map(|&start| {
+                    let mut ledger = Ledger::default();
+                    for i in start..(start + CHUNK).min(end) {
+                        this.particle(world, map, key, i, &mut ledger);
+                    }
+                    ledger
+                })
+                .collect();
+            self.ledger = ledgers.iter().fold(self.ledger, Ledger::add);
+            self.particles = end;
+        }
+    }
+
+    fn particle(&self, world: &World, map: &ZoneMap, key: Key, i: u64, ledger: &mut Ledger) {
+        // Golden-ratio steps stratify the pick over any prefix of the particles.
+        let shift = key.uniform64(0);
+        let pick = (shift + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
+        let index = i as u32;
+        let block = key.with(i >> 32);
+        let (p, d) = (sobol(index, block.with(1)), sobol(index, block.with(2)));
+        let pick = pick.min(1.0 - f32::EPSILON / 2.0);
+        let Some(e) = world.luminaires.emit(&world.scene, pick, [p.u, p.v], [d.u, d.v]) else { return };
+        add(&mut ledger.emitted, e.flux);
+        let numbers = key.with(3).with(i);
+        let mut dimension = 0;
+        let mut next = |n: u32| {
+            dimension += n;
+            dimension - n
+        };
+        let (mut origin, mut dir, mut flux) = (e.origin, e.dir, e.flux);
+        let (mut bounce, mut chain) = (0u32, false);
+        for _ in 0..LONGEST_LIFE {
+            if flux.is_black() {
+                return;
+            }
+            ledger.rays += 1;
+            let Some(s) = world.closest(origin, dir, f32::INFINITY) else {
+                add(&mut ledger.escaped, flux);
+                return;
+            };
+            let bsdf = world.bsdf(&s);
+            let wo = s.frame.to_local(s.wo);
+            if bsdf.has_non_delta() || bsdf.is_black() {
+                let bin = match (bounce, chain) {
+                    (0, false) => Bin::Direct,
+                    (0, true) => Bin::Caustic,
+                    _ => Bin::Indirect,
+                };
+                let place = map.locate(world, &s, [0.5, 0.5]);
+                self.deposit((place.zone * 2 + place.side) as usize, bin, flux);
+                add(&mut ledger.incident, flux);
+            }
+            let (u_lobe, u) = (numbers.uniform(next(1)), numbers.uniform2(next(1)));
+            let sampled = bsdf.sample(wo, u_lobe, [u.u, u.v], Quantity::Flux);
+            let Some(b) = sampled else {
+                add(&mut ledger.absorbed, flux);
+                return;
+            };
+            let wi = s.frame.to_world(b.wi).normalize();
+            if s.is_front(wi) != (b.wi.z > 0.0) {
+                add(&mut ledger.absorbed, flux);
+                return;
+            }
+            // Shading normals are not symmetric: Veach's factor for adjoint scattering (1997, eq. 5.19).
+            let (gi, go) = (s.ng.dot(wi).abs(), s.ng.dot(s.wo).abs());
+            let correction = match b.delta || s.ng == s.frame.n {
+                true => 1.0,
+                false => ((wo.z.abs() * gi) / (b.wi.z.abs() * go).max(1e-9)).min(100.0),
+            };
+            let scattered = flux * b.weight * correction;
+            let before = flux.luminance().max(1e-30);
+            let survive = (scattered.luminance() / before).min(1.0);
+            if survive < 1.0 && numbers.uniform(next(1)) >= survive {
+                add(&mut ledger.absorbed, flux);
+                return;
+            }
+            let kept = scattered * (1.0 / survive.max(1e-30));
+            add(&mut ledger.absorbed, flux - kept);
+            flux = kept;
+            if b.delta {
+                chain = true;
+            } else {
+                bounce += 1;
+            }
+            origin = s.leave(wi);
+            dir = wi;
+        }
+        add(&mut ledger.truncated, flux);
+    }
+}
+
+#[inline]
+fn add(sum: &mut [f64; 3], v: Rgb) {
+    (0..3).for_each(|c| sum[c] += v[c] as f64);
+}
