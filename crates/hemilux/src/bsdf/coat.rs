@@ -10,10 +10,10 @@
 //! **Coat over a rough metal**: light refracts in, is reflected by the metal, and is partly returned to it by the coat. For a
 //! metal with Fresnel term 1 the directional albedo x of that stack (without the coat's own reflection) is found by solving
 //! x = B T + B P x, where B scatters by the facets of the metal (single scattering, with its loss) and P is the coat's internal
-//! reflection. The lobe is T(o) T(i) f(o', i') / η² times a geometric series F / (1 - F s) of which s(o, i) = 1 - q(o) q(i) is
+//! reflection, 1 - T within the critical cone. The lobe is T(o) T(i) f(o', i') / η² times a geometric series F / (1 - F s) of which s(o, i) = 1 - q(o) q(i) is
 //! *the* ratio of this form that gives a white metal exactly the albedo x: symmetric scaling of the kernel (R. Sinkhorn, 1964).
 //! So the lobe is reciprocal, right in energy for white metals, never gains any for others, and tends to the plane stack,
-//! s = F, for a smooth metal. q is tabulated like R. Only the azimuthal mean of the kernel matters for x and q.
+//! s = R, for a smooth metal. q is tabulated like R, for each of the tabulated roughnesses of the coat. Only the azimuthal mean of the kernel matters for x and q.
 //!
 //! Tables are made line by line at first use, the same on every run: a material touches four lines of each, 1 to 3 ms a line.
 //! Interpolation and quadrature leave errors of up to 0.01 of albedo at grazing angles and 0.001 elsewhere (tests print them).
@@ -33,19 +33,27 @@ const ETA: usize = 13;
 const FACETS: usize = 1024;
 const KERNEL_FACETS: usize = 512;
 
-/// A table over (μ, α, η) on grids uniform in √μ, ∛α and η. A line over μ is made when first asked for.
-struct Grid {
-    lines: [OnceLock<[f32; MU]>; ALPHA * ETA],
-    /// The values over μ at one α and η.
-    make: fn(f64, f64) -> [f64; MU],
+/// Tables over (μ, α, η) on grids uniform in √μ, ∛α and η, one for each of some roughnesses of the coat. A line over μ is made
+/// when first asked for.
+struct Grid<const LINES: usize> {
+    lines: [OnceLock<Line>; LINES],
+    /// The values over μ at a roughness of the coat, an α and an η.
+    make: fn(f64, f64, f64) -> [f64; MU],
 }
 
-/// R - F of a rough interface.
-static EXCESS: Grid = Grid { lines: [const { OnceLock::new() }; ALPHA * ETA], make: excess_line };
+/// Values at the nodes of μ, and 2 ∫ f(μ) μ dμ of what lies linearly (in √μ) between them.
+struct Line {
+    nodes: [f32; MU],
+    mean: f32,
+}
 
-/// q of the interreflection between a smooth coat and a rough metal, over the metal's roughness.
-static INTERREFLECTION: Grid =
-    Grid { lines: [const { OnceLock::new() }; ALPHA * ETA], make: interreflection_line };
+/// R - F of a rough interface of roughness α.
+static EXCESS: Grid<{ ALPHA * ETA }> =
+    Grid { lines: [const { OnceLock::new() }; ALPHA * ETA], make: |_, alpha, eta| excess_line(alpha, eta) };
+
+/// q of the interreflection between a coat and a metal of roughness α.
+static INTERREFLECTION: Grid<{ ALPHA * ALPHA * ETA }> =
+    Grid { lines: [const { OnceLock::new() }; ALPHA * ALPHA * ETA], make: interreflection_line };
 
 /// Position on one axis: cell and fraction.
 #[derive(Clone, Copy)]
@@ -91,12 +99,16 @@ fn eta_node(i: usize) -> f64 {
     1.0 + (ETA_MAX as f64 - 1.0) * i as f64 / (ETA - 1) as f64
 }
 
-impl Grid {
+impl<const LINES: usize> Grid<LINES> {
+    /// The value at `mu`, or the mean over μ.
     #[inline]
-    fn at(&self, mu: At, alpha: At, eta: At) -> f32 {
+    fn at(&self, coat: usize, mu: Option<At>, alpha: At, eta: At) -> f32 {
         let line = |a: usize, e: usize| {
-            let line = self.line(alpha.0 + a, eta.0 + e);
-            line[mu.0] + (line[mu.0 + 1] - line[mu.0]) * mu.1
+            let line = self.line(coat, alpha.0 + a, eta.0 + e);
+            match mu {
+                Some(mu) => line.nodes[mu.0] + (line.nodes[mu.0 + 1] - line.nodes[mu.0]) * mu.1,
+                None => line.mean,
+            }
         };
         let plane = |e: usize| {
             let (low, high) = (line(0, e), line(1, e));
@@ -107,10 +119,27 @@ impl Grid {
     }
 
     #[inline]
-    fn line(&self, alpha: usize, eta: usize) -> &[f32; MU] {
-        let make = || (self.make)(alpha_node(alpha), eta_node(eta)).map(|v| v as f32);
-        self.lines[eta * ALPHA + alpha].get_or_init(make)
+    fn line(&self, coat: usize, alpha: usize, eta: usize) -> &Line {
+        self.lines[(coat * ETA + eta) * ALPHA + alpha].get_or_init(|| {
+            let nodes = (self.make)(alpha_node(coat), alpha_node(alpha), eta_node(eta));
+            Line { nodes: nodes.map(|v| v as f32), mean: mean_over_mu(&nodes) as f32 }
+        })
     }
+}
+
+/// 2 μ dμ = 4 x³ dx with x = √μ; Gauss's three points are exact for a line times x³.
+fn mean_over_mu(nodes: &[f64; MU]) -> f64 {
+    let cells = (MU - 1) as f64;
+    let mut sum = 0.0;
+    for (cell, ends) in nodes.windows(2).enumerate() {
+        for (at, weight) in
+            [(0.112_701_665_379_258, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_742, 5.0 / 18.0)]
+        {
+            let x = (cell as f64 + at) / cells;
+            sum += weight / cells * 4.0 * x * x * x * (ends[0] + (ends[1] - ends[0]) * at);
+        }
+    }
+    sum
 }
 
 fn excess_line(alpha: f64, eta: f64) -> [f64; MU] {
@@ -172,63 +201,49 @@ impl Coat {
     /// T(μ): the part of light arriving from outside at cosine `mu` > 0 that enters.
     #[inline]
     pub fn transmittance(self, mu: f32) -> f32 {
-        self.transmittances(mu).0
-    }
-
-    /// T(μ), and that of a smooth coat.
-    #[inline]
-    fn transmittances(self, mu: f32) -> (f32, f32) {
         let plane = 1.0 - fresnel::dielectric(mu, self.eta);
         if self.alpha == 0.0 {
-            return (plane, plane);
+            return plane;
         }
-        let rough = plane - EXCESS.at(mu_at(mu), At::new(self.alpha, ALPHA), eta_at(self.eta));
-        (rough.clamp(0.0, 1.0), plane)
+        let excess = EXCESS.at(0, Some(mu_at(mu)), At::new(self.alpha, ALPHA), eta_at(self.eta));
+        (plane - excess).clamp(0.0, 1.0)
     }
 
-    /// T(μ), and q(μ) of the interreflection with a metal of [`alpha_coordinate`] `base` below (module text), for light outside at cosine
-    /// `mu` > 0. q of a rough coat is that of the smooth one times √(T / T_smooth): s is the coat's own R for a smooth metal.
-    #[inline]
-    pub fn over_metal(self, mu: f32, base: f32) -> (f32, f32) {
-        let (t, plane) = self.transmittances(mu);
-        let q = INTERREFLECTION.at(mu_at(mu), At::new(base, ALPHA), eta_at(self.eta));
-        let rough = if t == plane { 1.0 } else { (t / plane.max(1e-6)).sqrt() };
-        (t, (q * rough).clamp(1e-3, 1.0))
-    }
-
-    /// 2 ∫ T(μ) μ dμ of exactly what [`Coat::transmittance`] returns.
+    /// 2 ∫ T(μ) μ dμ.
     pub fn mean_transmittance(self) -> f32 {
         let plane = 1.0 - fresnel::mean_dielectric(self.eta);
         if self.alpha == 0.0 {
             return plane;
         }
-        // Linear in x = √μ between the nodes; 2 μ dμ = 4 x³ dx. Gauss's three points are exact for this degree.
-        let (a, e) = (At::new(self.alpha, ALPHA), eta_at(self.eta));
-        let cells = (MU - 1) as f32;
-        let mut sum = 0.0;
-        for cell in 0..MU - 1 {
-            for (node, weight) in [(0.112_701_67, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_35, 5.0 / 18.0)]
-            {
-                let x: f32 = (cell as f32 + node) / cells;
-                sum += weight / cells * 4.0 * x * x * x * EXCESS.at(At(cell, node), a, e);
-            }
-        }
-        plane - sum
+        plane - EXCESS.at(0, None, At::new(self.alpha, ALPHA), eta_at(self.eta))
+    }
+
+    /// q(μ) of the interreflection with a metal of [`alpha_coordinate`] `base` below (module text), for light outside at cosine
+    /// `mu` > 0.
+    #[inline]
+    pub fn interreflection(self, mu: f32, base: f32) -> f32 {
+        let (mu, base, eta) = (mu_at(mu), At::new(base, ALPHA), eta_at(self.eta));
+        let of_coat = |i: usize| INTERREFLECTION.at(i, Some(mu), base, eta);
+        let coat = At::new(self.alpha, ALPHA);
+        let low = of_coat(coat.0);
+        let q = if coat.1 == 0.0 { low } else { low + (of_coat(coat.0 + 1) - low) * coat.1 };
+        q.clamp(1e-3, 1.0)
     }
 }
 
 /// Nodes of the internal hemisphere: the outside's seen through the coat, then as many between the critical angle and grazing.
 const INSIDE: usize = 2 * MU - 1;
 
-fn interreflection_line(alpha: f64, eta: f64) -> [f64; MU] {
-    let fresnel_out = |mu: f64| fresnel::dielectric(mu as f32, eta as f32) as f64;
+fn interreflection_line(coat_alpha: f64, alpha: f64, eta: f64) -> [f64; MU] {
+    let coat = Coat { eta: eta as f32, alpha: coat_alpha.cbrt() as f32 };
+    let reflected = |mu: f64| 1.0 - coat.transmittance(mu as f32) as f64;
     let mu_inside = |mu: f64| (1.0 - (1.0 - mu * mu) / (eta * eta)).max(0.0).sqrt();
     if eta == 1.0 {
         return [1.0; MU];
     }
     if alpha == 0.0 {
-        // A plane stack: s = F.
-        return std::array::from_fn(|i| (1.0 - fresnel_out(mu_node(i))).sqrt());
+        // A mirror below: s = R.
+        return std::array::from_fn(|i| (1.0 - reflected(mu_node(i))).sqrt());
     }
     // Scatter from every node; a direction between nodes counts for both.
     let critical = mu_inside(0.0);
@@ -244,7 +259,7 @@ fn interreflection_line(alpha: f64, eta: f64) -> [f64; MU] {
             let outside2 = 1.0 - (1.0 - cos_i * cos_i) * eta * eta;
             if outside2 > 0.0 {
                 let cos_out = outside2.sqrt();
-                let reflected = fresnel_out(cos_out);
+                let reflected = reflected(cos_out);
                 let At(i, f) = mu_at(cos_out as f32);
                 for (node, part) in [(i, 1.0 - f as f64), (i + 1, f as f64)] {
                     leaving[row][node] += weight * part * (1.0 - reflected);

@@ -141,9 +141,9 @@ fn coated_metal_factor(
     cos_h: f32,
 ) -> Rgb {
     let base = alpha_coordinate(base_alpha);
-    let ((to, qo), (ti, qi)) = (coat.over_metal(cos_o, base), coat.over_metal(cos_i, base));
-    let s = 1.0 - qo * qi;
-    fresnel::conductor(cos_h, eta, k).map(|m| to * ti * m / (1.0 - m * s))
+    let through = coat.transmittance(cos_o) * coat.transmittance(cos_i);
+    let s = 1.0 - coat.interreflection(cos_o, base) * coat.interreflection(cos_i, base);
+    fresnel::conductor(cos_h, eta, k).map(|m| through * m / (1.0 - m * s))
 }
 
 /// A sample of a rough reflection before its Fresnel term: (wi, h, G2/G1, density), all with z up.
@@ -568,7 +568,12 @@ impl Lobe {
 }
 
 #[inline]
-fn sample_cosine(wo: Vec3, u: [f32; 2], event: Event, weight: impl Fn(f32) -> Rgb) -> Option<BsdfSample> {
+pub(super) fn sample_cosine(
+    wo: Vec3,
+    u: [f32; 2],
+    event: Event,
+    weight: impl Fn(f32) -> Rgb,
+) -> Option<BsdfSample> {
     let d = Cosine.dir(Uv::new(u[0], u[1]));
     if d.z <= 0.0 || wo.z.is_nan() || wo.z == 0.0 {
         return None;

@@ -5,9 +5,9 @@ use crate::{direction, materials};
 use hemilux::bsdf::{Bsdf, Lobe, Transport};
 use hemilux_scene::geom::{Frame, Vec3};
 
-const SAMPLES: usize = 60_000;
-const RINGS: usize = 24;
-const SECTORS: usize = 12;
+const SAMPLES: usize = 50_000;
+const RINGS: usize = 20;
+const SECTORS: usize = 10;
 
 /// What is tested: something that samples and knows a density.
 trait Sampler {

@@ -14,6 +14,8 @@ fn dielectric_values() {
         let f = fresnel::dielectric(degrees(angle), 1.5);
         assert!((f - expected).abs() < 1.5e-6, "{angle}: {f}");
     }
+    // Negative control: another index.
+    assert!((fresnel::dielectric(degrees(60.0), 1.501) - 0.089187).abs() > 1.5e-6);
     // From inside at the angle of refraction: the same; beyond the critical angle 1; Brewster's angle: half of the s term.
     let sin = 60f32.to_radians().sin() / 1.5;
     assert!((fresnel::dielectric((1.0 - sin * sin).sqrt(), 1.0 / 1.5) - 0.089187).abs() < 1.5e-6);

@@ -195,6 +195,10 @@ fn rough_varnish_keeps_everything() {
             }
         }
     }
+    // Negative control: a base of 0.97.
+    let (mean, error) =
+        albedo(&Bsdf::coated_diffuse(Rgb::splat(0.97), 1.5, [0.1; 2]), direction(0.7, 0.5), 1);
+    assert!((mean - 1.0).abs() > 0.01 + 4.5 * error);
 }
 
 /// A light path between a smooth coat of index 1.5 and a rough metal of η = 1 and `k`, analog at the coat: the independent
@@ -252,16 +256,22 @@ fn coated_metal_agrees_with_a_random_walk() {
             println!();
         }
     }
+    // Negative control: another roughness.
+    let mut random = Random(99);
+    let walks: Vec<f64> = (0..40_000).map(|_| walk(8e4, 0.3, 0.7, &mut random)).collect();
+    let (expected, walk_error) = mean_and_error(&walks);
+    let (mean, error) = albedo(&white_coated_metal(0.0, 0.25), direction(0.7, 0.5), 1);
+    assert!((mean - expected).abs() > 0.012 + 4.5 * error.hypot(walk_error));
 }
 
-/// Energy of a rough coat over a white metal: never gained beyond the tabulation.
+/// Energy of a rough coat over a white metal: never gained beyond the tabulation, and lost only where the metal's own facets lose it.
 #[test]
 fn rough_coats_on_metal_gain_nothing() {
     println!("coat, base on white metal: albedo at cos = {VIEWS:?}");
     for (coat, base) in [(0.0, 0.2), (0.1, 0.0), (0.1, 0.3), (0.3, 0.1), (0.5, 0.5), (1.0, 0.05)] {
         let name = format!("coat {coat} metal {base}");
         for (mean, error) in row(&name, &white_coated_metal(coat, base)) {
-            assert!(mean < 1.01 + 4.5 * error && mean > 0.4, "{name}: {mean}");
+            assert!(mean < 1.002 + 4.5 * error && mean > 0.4, "{name}: {mean}");
         }
     }
 }
