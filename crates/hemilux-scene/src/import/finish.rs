@@ -36,6 +36,9 @@ impl Builder {
         }
         let film = self.checked_film();
         self.check_transforms();
+        if env.log.errors() > 0 {
+            return None;
+        }
         let camera = self.camera.take().unwrap_or_else(|| {
             env.log.warning(Span::default(), "no Camera: at the origin, looking along z, field of view 90°");
             default_camera()
@@ -45,9 +48,6 @@ impl Builder {
             env.log.warning(Span::default(), "no luminaire: the picture will be black");
         }
         report_unused_defines(&env);
-        if env.log.errors() > 0 {
-            return None;
-        }
         let files = env.files.borrow();
         Some(Scene {
             camera,

@@ -15,6 +15,7 @@ pub struct Log {
     diagnostics: RefCell<Vec<Diagnostic>>,
     errors: Cell<usize>,
     dropped: Cell<usize>,
+    stopped: Cell<bool>,
     lenient: bool,
 }
 
@@ -83,9 +84,14 @@ impl Log {
         self.errors.get()
     }
 
+    /// Make reading stop: what was reported last would repeat itself.
+    pub fn stop(&self) {
+        self.stopped.set(true);
+    }
+
     /// Whether to stop reading.
     pub fn full(&self) -> bool {
-        self.errors.get() >= MAX_ERRORS
+        self.stopped.get() || self.errors.get() >= MAX_ERRORS
     }
 
     /// Everything said, in order.

@@ -24,6 +24,7 @@ mod spectra;
 mod suggest;
 mod texture_file;
 mod transform;
+mod values;
 
 use crate::{Diagnostic, Scene, SourceMap, Span};
 use files::{Files, physical_memory};

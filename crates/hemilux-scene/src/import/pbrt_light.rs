@@ -122,6 +122,9 @@ impl Builder {
                 if let Some(e) = illuminance {
                     let now = upper_illuminance(file);
                     scale *= if now > 0.0 { e / now } else { 0.0 };
+                    let message =
+                        "\"illuminance\" is met exactly (pbrt's environment maps come out twice as bright)";
+                    log.note(params.span_of("illuminance"), message);
                 }
                 image
             }
