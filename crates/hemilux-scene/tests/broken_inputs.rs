@@ -84,6 +84,12 @@ const TEXTS: &[(&str, &str)] = &[
     // Numbers.
     ("WorldBegin Translate nan 0 0", "<text>:1:22: error: \"nan\" is not a finite number"),
     ("WorldBegin Translate 1e999 0 0", "<text>:1:22: error: \"1e999\" is not a finite number"),
+    ("WorldBegin Translate 1e39 0 0", "<text>:1:22: error: \"1e39\" is too large for single precision"),
+    ("WorldBegin Shape \"sp\\nere\"", "<text>:1:18: error: unknown shape \"sp\\nere\""),
+    (
+        "WorldBegin Shape \"sphere\" \"float radius\" 1e-60",
+        "<text>:1:42: error: parameter \"radius\" of shape \"sphere\" must be positive, not 0.000000000000000000000000000000000000000000000000000000000001",
+    ),
     (
         "WorldBegin Shape \"sphere\" \"float radius\" -inf",
         "<text>:1:42: error: \"-inf\" is not a finite number",
@@ -213,8 +219,8 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     ("WorldBegin Shape \"trianglemesh\"", "<text>:1:18: error: shape \"trianglemesh\" has no \"point3 P\""),
     (
-        "WorldBegin Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1e300 0 0 0 1 0 ]",
-        "<text>:1:18: error: vertex 1 of shape \"trianglemesh\" is not finite in single precision",
+        "WorldBegin Scale 1e30 1 1 Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1e30 0 0 0 1 0 ]",
+        "<text>:1:33: error: vertex 1 of shape \"trianglemesh\" is not finite in single precision",
     ),
     (
         "WorldBegin Shape \"plymesh\" \"string filename\" \"no-such-dir/ghost.ply\"",

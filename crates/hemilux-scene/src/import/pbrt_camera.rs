@@ -49,7 +49,7 @@ impl Builder {
             screen_window = self.screen_window(&params);
             match projection {
                 Projection::Perspective { .. } => {
-                    let inside = |v: f64| v > 0.0 && v < 180.0;
+                    let inside = |v: f64| v as f32 > 0.0 && (v as f32) < 180.0;
                     let fov = params.float_in(log, "fov", 90.0, "between 0 and 180 degrees", inside);
                     Projection::Perspective { fov: fov as f32 }
                 }

@@ -45,6 +45,10 @@ impl Parser {
             let key = key.strip_prefix('{').and_then(|k| k.strip_suffix('}')).unwrap_or(key).to_owned();
             return self.defined_numbers(token, &key, out);
         }
+        if text.parse::<f64>().is_ok_and(|v| v.is_finite()) {
+            let message = format!("\"{text}\" is too large for single precision");
+            return self.fail(token, message);
+        }
         if text.parse::<f64>().is_ok() {
             let message = format!("\"{text}\" is not a finite number");
             return self.fail(token, message);
@@ -245,9 +249,9 @@ impl Parser {
     }
 }
 
-/// A finite number.
+/// A number that is finite in single precision, too.
 fn parse_number(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|v: &f64| v.is_finite())
+    text.parse().ok().filter(|v: &f64| (*v as f32).is_finite())
 }
 
 /// The span of the name inside the quotes of a declaration.
