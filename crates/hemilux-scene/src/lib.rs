@@ -9,9 +9,11 @@
 
 pub mod diagnostic;
 pub mod geom;
+pub mod import;
 pub mod scene;
 pub mod spectrum;
 
-pub use diagnostic::{Diagnostic, Severity, SourceMap, Span};
+pub use diagnostic::{Diagnostic, Severity, SourceFile, SourceMap, Span};
+pub use import::{LoadError, LoadOptions, Loaded, load, load_pbrt_str};
 pub use scene::*;
 pub use spectrum::Rgb;
