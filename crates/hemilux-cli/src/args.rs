@@ -1,0 +1,425 @@
+//! What can be typed. Defaults that depend on something else are resolved in [`crate::plan`].
+
+use crate::talk::Talk;
+use crate::values::{self, Crop, Depth, Exposure, Size};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use hemilux::gather::Strategy;
+use hemilux::render::Mode;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Render scenes by gathering over a zonal solution
+#[derive(Parser, Debug)]
+#[command(
+    name = "hemilux",
+    version,
+    propagate_version = true,
+    subcommand_required = true,
+    arg_required_else_help = true
+)]
+#[command(after_help = "\
+Examples:
+  hemilux render scenes/mirror-room.pbrt -o room.exr -o room.png
+  hemilux render scene.pbrt --time 30s --size 640x480 -o quick.png
+  hemilux zones scene.pbrt -o scene.ply
+  hemilux image diff room.exr reference.exr --tolerance 0.01
+  hemilux info scene.pbrt
+
+An argument @FILE stands for the words in that file.
+Exit codes: 0 done, 1 the scene or input is wrong, 2 the command line is, 3 files or memory,
+4 stopped before the target, 5 over the tolerance, 130 interrupted (what there was is written).")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// What to do.
+#[derive(Subcommand, Debug)]
+pub enum Verb {
+    /// Render a scene to pictures
+    Render(Box<RenderArgs>),
+    /// Compute the zonal solution of a scene and store it
+    Zones(ZonesArgs),
+    /// Say what a scene or a picture holds
+    Info(InfoArgs),
+    /// Compare pictures and make them fit for a screen
+    #[command(subcommand)]
+    Image(ImageVerb),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+impl Verb {
+    /// How this command talks.
+    pub fn talk(&self) -> Talk {
+        match self {
+            Verb::Render(a) => a.talk,
+            Verb::Zones(a) => a.talk,
+            Verb::Info(a) => a.talk,
+            Verb::Image(ImageVerb::Diff(a)) => a.talk,
+            Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
+            Verb::Image(ImageVerb::Falsecolor(a)) => a.talk,
+            Verb::Image(ImageVerb::Info(a)) => a.talk,
+            Verb::Completions { .. } => Talk::default(),
+        }
+    }
+}
+
+/// Files that make one scene, and how they are read.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArgs {
+    /// Scene files (.pbrt, .pbrt.gz; - is standard input); several make one scene
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// $KEY in the scene stands for VALUE
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = values::define)]
+    pub defines: Vec<(String, String)>,
+    /// Skip what is not understood, with a warning
+    #[arg(long)]
+    pub lenient: bool,
+}
+
+/// `render`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  hemilux render room.pbrt                              32 samples per pixel to the scene's own file name
+  hemilux render room.pbrt --time 2m -o room.exr -o room.png
+  hemilux render room.pbrt --mode path --spp 256 --max-depth file -o path.exr
+  hemilux render room.pbrt --zones room.hlxz --view door.pbrt -o door.png
+  hemilux render room.pbrt --spp 4 -o - | hemilux image info -")]
+pub struct RenderArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Picture to write (.exr, .hdr, .png, .pfm; - is EXR on standard output); may be repeated
+    #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE")]
+    pub outputs: Vec<PathBuf>,
+    /// Samples per pixel [default without --time: 32; path: 128; zones: 4]
+    #[arg(long, visible_alias = "pixelsamples", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+    /// Time from the start of the program to the written file, such as 30s, 2m, 1h30m
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    pub time: Option<Duration>,
+    /// What is computed: zonal (gathering; biased by the zones), path (unbiased reference), zones (the zonal solution)
+    #[arg(long, value_name = "MODE", default_value = "zonal", value_parser = named(&Mode::ALL))]
+    pub mode: Mode,
+    /// How the strata of a gather are chosen: jittered, sobol
+    #[arg(long, value_name = "NAME", default_value = "jittered", value_parser = named(&Strategy::ALL))]
+    pub strategy: Strategy,
+    /// Picture size instead of the scene's
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Camera from this file instead of the scene's (a .pbrt file with camera directives)
+    #[arg(long, value_name = "FILE")]
+    pub view: Option<PathBuf>,
+    /// Part of the picture, in [0, 1]
+    #[arg(long, visible_alias = "cropwindow", value_name = "x0,x1,y0,y1")]
+    pub crop: Option<Crop>,
+    /// Seed of all randomness
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: one per core]
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Most scattering events of a path (mode path); "file" takes the scene's [default: no limit]
+    #[arg(long, value_name = "N|file")]
+    pub max_depth: Option<Depth>,
+    /// Zonal solution to gather over, made by `hemilux zones` from the same scene
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["zone_budget", "particles"])]
+    pub zones: Option<PathBuf>,
+    /// How the zonal solution is made.
+    #[command(flatten)]
+    pub solution: SolutionArgs,
+    /// Gather rays per visible point
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub gather_rays: u32,
+    /// Shadow rays per visible point
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub shadow_rays: u32,
+    /// Looks of PNG files.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+    /// How to show progress (on standard error): a bar on a terminal, else a few lines at the end; JSON lines; nothing
+    #[arg(long, value_enum, default_value = "auto", value_name = "FORM", help_heading = "Messages")]
+    pub progress: ProgressForm,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// Clap's parser of a name from one of the library's lists.
+fn named<T: Copy + Send + Sync + 'static>(
+    list: &'static [(&'static str, T)],
+) -> impl clap::builder::TypedValueParser<Value = T> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser};
+    let names = PossibleValuesParser::new(list.iter().map(|n| n.0));
+    names.try_map(move |name: String| list.iter().find(|n| n.0 == name).map(|n| n.1).ok_or("unknown name"))
+}
+
+/// How the zonal solution is made.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct SolutionArgs {
+    /// Most zones [default: 60000]
+    #[arg(long, value_name = "N", value_parser = values::count)]
+    pub zone_budget: Option<u64>,
+    /// Most light particles [default: 2097152; with --time: as many as 15 % of it allow]
+    #[arg(long, value_name = "N", value_parser = values::count)]
+    pub particles: Option<u64>,
+}
+
+/// How a picture is made fit for a screen.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct ScreenArgs {
+    /// Brightness of PNG files: stops, or auto (the 95th percentile of luminance comes to 0.8)
+    #[arg(long, value_name = "STOPS|auto", default_value = "auto", allow_hyphen_values = true)]
+    pub exposure: Exposure,
+    /// Tone curve of PNG files
+    #[arg(long, value_enum, default_value = "clamp")]
+    pub curve: CurveName,
+    /// Luminance that becomes white (curve reinhard)
+    #[arg(long, value_name = "L", default_value = "4", value_parser = values::positive)]
+    pub white: f32,
+}
+
+/// Tone curves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CurveName {
+    /// Cut at white.
+    Clamp,
+    /// Reinhard et al. 2002, on luminance.
+    Reinhard,
+    /// Hable 2010.
+    Hable,
+    /// Narkowicz 2015.
+    Aces,
+}
+
+/// Forms of progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProgressForm {
+    /// A bar on a terminal, else a few lines at the end.
+    Auto,
+    /// A bar.
+    Bar,
+    /// One JSON object per line.
+    Json,
+    /// Nothing.
+    None,
+}
+
+/// `zones`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  hemilux zones room.pbrt -o room.hlxz           for `hemilux render --zones room.hlxz`
+  hemilux zones room.pbrt -o room.ply            a coloured mesh to look at
+  hemilux zones room.pbrt -o room.hlxz --particles 50M --zone-budget 200k")]
+pub struct ZonesArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// File to write: .hlxz (for `render --zones`) or .ply (coloured mesh); may be repeated
+    #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE", required = true)]
+    pub outputs: Vec<PathBuf>,
+    /// How the solution is made.
+    #[command(flatten)]
+    pub solution: SolutionArgs,
+    /// Time from the start of the program to the written file
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    pub time: Option<Duration>,
+    /// Seed of the particles
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: one per core]
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// How to show progress
+    #[arg(long, value_enum, default_value = "auto", value_name = "FORM", help_heading = "Messages")]
+    pub progress: ProgressForm,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// `info`.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  hemilux info scene.pbrt\n  hemilux info --json picture.exr")]
+pub struct InfoArgs {
+    /// Scenes (.pbrt, .pbrt.gz; several make one scene) or pictures
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// $KEY in the scene stands for VALUE
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = values::define)]
+    pub defines: Vec<(String, String)>,
+    /// Skip what is not understood, with a warning
+    #[arg(long)]
+    pub lenient: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// What to do with pictures.
+#[derive(Subcommand, Debug)]
+pub enum ImageVerb {
+    /// Say how far a picture is from a reference
+    Diff(DiffArgs),
+    /// Make a PNG to look at
+    Tonemap(TonemapArgs),
+    /// Make a PNG that shows one quantity as colours, with a legend
+    Falsecolor(FalsecolorArgs),
+    /// Say what a picture holds
+    Info(ImageInfoArgs),
+}
+
+/// `image diff`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Beside a reference called reference.exr, its halves reference_a.exr and reference_b.exr and its mask valid.png are used
+when they exist. A reference larger than the picture by whole factors is box-filtered first.
+
+Examples:
+  hemilux image diff room.exr reference.exr
+  hemilux image diff a.png b.png --metric flip --tolerance 0.02 -o flip.png")]
+pub struct DiffArgs {
+    /// The picture (- is standard input)
+    pub image: PathBuf,
+    /// What it is compared with
+    pub reference: PathBuf,
+    /// Only pixels where this picture is white count
+    #[arg(long, value_name = "FILE")]
+    pub mask: Option<PathBuf>,
+    /// Two independent halves of the reference, so that its own noise does not count
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub halves: Option<Vec<PathBuf>>,
+    /// Do not look for halves and mask beside the reference
+    #[arg(long)]
+    pub no_companions: bool,
+    /// The figure that --tolerance is about
+    #[arg(long, value_enum, default_value = "relmse")]
+    pub metric: Metric,
+    /// Exit with 5 when the metric is above this (psnr: below)
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub tolerance: Option<f64>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Picture of the difference: .png is FLIP in false colours, .exr, .hdr and .pfm are picture minus reference
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// Figures of difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Metric {
+    /// Relative mean squared error, free of the reference's noise where halves are known.
+    Relmse,
+    /// The same without the worst thousandth of the pixels.
+    Trimmed,
+    /// Relative mean squared error against the reference itself.
+    Plain,
+    /// Mean squared error.
+    Mse,
+    /// Its root.
+    Rmse,
+    /// Mean absolute error.
+    Mae,
+    /// Symmetric mean absolute percentage error, 0 to 1.
+    Smape,
+    /// Peak signal-to-noise ratio, dB.
+    Psnr,
+    /// FLIP, 0 to 1.
+    Flip,
+}
+
+/// `image tonemap`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  hemilux image tonemap room.exr -o room.png --exposure 1.5 --curve aces")]
+pub struct TonemapArgs {
+    /// The picture (- is standard input)
+    pub image: PathBuf,
+    /// PNG to write
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Looks.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// `image falsecolor`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  hemilux image falsecolor room.exr -o lux.png --factor 179 --unit cd/m2 --log
+  hemilux image falsecolor room.exr -o error.png --channel stderr.G --palette spectral")]
+pub struct FalsecolorArgs {
+    /// The picture (- is standard input)
+    pub image: PathBuf,
+    /// PNG to write
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Channel to show [default: luminance]
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// Value at the upper end [default: the 99.5th percentile, rounded up]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    pub max: Option<f32>,
+    /// Logarithmic scale
+    #[arg(long)]
+    pub log: bool,
+    /// Powers of ten of the logarithmic scale
+    #[arg(long, value_name = "N", default_value = "3", value_parser = values::positive)]
+    pub decades: f32,
+    /// Unit, for the legend
+    #[arg(long, visible_alias = "units", value_name = "TEXT", default_value = "")]
+    pub unit: String,
+    /// Factor on the values
+    #[arg(long, value_name = "X", default_value = "1", value_parser = values::positive)]
+    pub factor: f32,
+    /// Colours
+    #[arg(long, value_enum, default_value = "perceptual")]
+    pub palette: PaletteName,
+    /// No legend
+    #[arg(long)]
+    pub no_legend: bool,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// Palettes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PaletteName {
+    /// Dark blue to yellow, even to the eye.
+    Perceptual,
+    /// The rainbow.
+    Spectral,
+}
+
+/// `image info`.
+#[derive(Args, Debug)]
+pub struct ImageInfoArgs {
+    /// Pictures (- is standard input)
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}

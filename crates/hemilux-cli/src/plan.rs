@@ -1,0 +1,183 @@
+//! What a render command means: every default resolved against the scene.
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::machine;
+use crate::values::{Depth, Size};
+use hemilux::film::Film;
+use hemilux::gather::GatherPlan;
+use hemilux::render::{Mode, RenderOptions};
+use hemilux::zones::ZoneOptions;
+use hemilux_scene::Scene;
+use std::time::Duration;
+
+/// Particles in time mode end by time; this only keeps their sums within their integers.
+const MOST_PARTICLES: u64 = 1 << 32;
+/// Share of the physical memory that a film may take.
+const FILM_SHARE: f64 = 0.6;
+/// Share of the time after loading that goes to particles.
+const PARTICLE_SHARE: f64 = 0.15;
+
+/// When a render ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Samples per pixel, if they limit.
+    pub spp: Option<u32>,
+    /// From the start of the program to the written file, if that limits.
+    pub time: Option<Duration>,
+    /// Whether nobody asked for it.
+    pub is_default: bool,
+}
+
+impl Budget {
+    fn resolve(args: &RenderArgs) -> Budget {
+        let (spp, time) = (args.spp, args.time);
+        match (spp, time) {
+            (None, None) => {
+                let spp = match args.mode {
+                    Mode::Zonal => 32,
+                    Mode::Path => 128,
+                    Mode::Zones => 4,
+                };
+                Budget { spp: Some(spp), time, is_default: true }
+            }
+            _ => Budget { spp, time, is_default: false },
+        }
+    }
+
+    /// In words.
+    pub fn describe(&self) -> String {
+        let spp = self.spp.map(|n| format!("{n} samples per pixel"));
+        let time = self.time.map(|t| format!("{} in all", seconds(t)));
+        let words: Vec<String> = spp.into_iter().chain(time).collect();
+        let hint = if self.is_default { " (default; see --spp and --time)" } else { "" };
+        format!("{}{hint}", words.join(" or "))
+    }
+
+    /// When the particles end that began at `from` (all since the start of the program), writing kept free.
+    pub fn particle_deadline(&self, from: Duration, writing: Duration) -> Option<Duration> {
+        let left = self.time?.saturating_sub(writing).saturating_sub(from);
+        Some(from + left.mul_f64(PARTICLE_SHARE))
+    }
+}
+
+/// A time for people.
+pub fn seconds(t: Duration) -> String {
+    let s = t.as_secs_f64();
+    match s {
+        s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
+        s if s < 99.95 => format!("{s:.1} s"),
+        s if s < 5999.5 => format!("{}m {:02}s", (s / 60.0) as u64, s as u64 % 60),
+        s => format!("{}h {:02}m", (s / 3600.0) as u64, (s / 60.0) as u64 % 60),
+    }
+}
+
+/// Everything that is decided before the world is built.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Pixels across and down of the whole picture.
+    pub size: Size,
+    /// Part to render, pixels: x0, x1, y0, y1.
+    pub region: [u32; 4],
+    /// What shapes the samples.
+    pub options: RenderOptions,
+    /// What shapes the zonal solution.
+    pub solution: ZoneOptions,
+    /// When to end.
+    pub budget: Budget,
+}
+
+impl Plan {
+    /// Resolve `args` for `scene`.
+    pub fn resolve(args: &RenderArgs, scene: &Scene) -> Result<Plan, Failure> {
+        let size = args.size.unwrap_or(Size(scene.film.width, scene.film.height));
+        let crop = args.crop.map_or(scene.film.crop, |c| c.0);
+        let region = region(crop, size);
+        if region[0] >= region[1] || region[2] >= region[3] {
+            return Err(Failure::usage(format!("no pixel of {}x{} lies in the crop window", size.0, size.1)));
+        }
+        film_fits(region)?;
+        let max_depth = match args.max_depth {
+            None => u32::MAX,
+            Some(Depth::Limit(n)) => n,
+            Some(Depth::File) => scene.max_depth.ok_or_else(|| {
+                Failure::usage("--max-depth file: the scene's Integrator says no maxdepth; give a number")
+            })?,
+        };
+        let plan =
+            GatherPlan { rays: args.gather_rays, shadow_rays: args.shadow_rays, strategy: args.strategy };
+        let options = RenderOptions { mode: args.mode, plan, seed: args.seed, max_depth };
+        let budget = Budget::resolve(args);
+        let solution =
+            solution(args.solution.zone_budget, args.solution.particles, args.seed, budget.time.is_some())?;
+        Ok(Plan { size, region, options, solution, budget })
+    }
+}
+
+/// The options of a zonal solution; a time limit instead of a count lets particles run on.
+pub fn solution(
+    budget: Option<u64>,
+    particles: Option<u64>,
+    seed: u64,
+    timed: bool,
+) -> Result<ZoneOptions, Failure> {
+    let default = ZoneOptions::default();
+    let budget = match budget {
+        None => default.budget,
+        Some(n) => u32::try_from(n)
+            .ok()
+            .filter(|n| *n <= 1 << 28)
+            .ok_or_else(|| Failure::usage(format!("--zone-budget {n} is more than {}", 1 << 28)))?,
+    };
+    let most = if timed { MOST_PARTICLES } else { default.particles };
+    Ok(ZoneOptions { budget, particles: particles.unwrap_or(most).min(MOST_PARTICLES), seed })
+}
+
+/// Pixels of a crop window, as pbrt rounds them.
+fn region(crop: [f32; 4], size: Size) -> [u32; 4] {
+    let at = |v: f32, n: u32| ((v as f64 * n as f64).ceil() as u32).min(n);
+    [at(crop[0], size.0), at(crop[1], size.0), at(crop[2], size.1), at(crop[3], size.1)]
+}
+
+fn film_fits(region: [u32; 4]) -> Result<(), Failure> {
+    let (w, h) = ((region[1] - region[0]) as u64, (region[3] - region[2]) as u64);
+    let need = Film::bytes(w, h);
+    let Some(memory) = machine::physical_memory() else { return Ok(()) };
+    if need as f64 > FILM_SHARE * memory as f64 {
+        return Err(Failure::io(format!(
+            "a film of {w}x{h} pixels needs {}, more than {:.0} % of this machine's {}; render it in parts with --crop",
+            machine::bytes(need),
+            FILM_SHARE * 100.0,
+            machine::bytes(memory)
+        )));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crop_windows_that_share_an_edge_share_no_pixel() {
+        let size = Size(101, 7);
+        let (left, right) = (region([0.0, 0.37, 0.0, 1.0], size), region([0.37, 1.0, 0.0, 1.0], size));
+        assert_eq!(left[1], right[0]);
+        assert_eq!((left[0], right[1], right[3]), (0, 101, 7));
+    }
+
+    #[test]
+    fn particles_get_their_share_of_what_is_left() {
+        let budget = Budget { spp: None, time: Some(Duration::from_secs(10)), is_default: false };
+        let s = Duration::from_secs;
+        let end = budget.particle_deadline(s(2), s(1)).unwrap();
+        assert!((end.as_secs_f64() - (2.0 + 0.15 * 7.0)).abs() < 1e-9);
+        assert_eq!(budget.particle_deadline(s(11), s(1)), Some(s(11)));
+    }
+
+    #[test]
+    fn times_for_people() {
+        let t = |s: f64| seconds(Duration::from_secs_f64(s));
+        assert_eq!([t(0.25), t(12.34), t(125.0), t(7300.0)], ["250 ms", "12.3 s", "2m 05s", "2h 01m"]);
+    }
+}

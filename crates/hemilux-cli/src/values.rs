@@ -1,0 +1,177 @@
+//! The words of the command line that are more than a number or a name.
+
+use std::str::FromStr;
+use std::time::Duration;
+
+/// A span of time: `30s`, `2m`, `1h30m`, `500ms`; a plain number is seconds. Positive, at most a year.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    const UNITS: [(&str, f64); 5] = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("d", 86400.0)];
+    let bad = || format!("{text:?} is no span of time such as 30s, 2m, 1h30m or 500ms");
+    let (mut rest, mut seconds) = (text.trim(), 0.0);
+    if let Ok(plain) = rest.parse::<f64>() {
+        seconds = plain;
+        rest = "";
+    }
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').ok_or_else(bad)?;
+        let value: f64 = rest[..digits].parse().map_err(|_| bad())?;
+        rest = &rest[digits..];
+        let end = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
+        let unit = UNITS.iter().find(|u| u.0 == &rest[..end]).ok_or_else(bad)?;
+        seconds += value * unit.1;
+        rest = &rest[end..];
+    }
+    if !(seconds > 0.0 && seconds <= 366.0 * 86400.0) {
+        return Err(format!("{text:?} is not between 0 and a year"));
+    }
+    Ok(Duration::from_secs_f64(seconds))
+}
+
+/// `WIDTHxHEIGHT`, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size(pub u32, pub u32);
+
+impl FromStr for Size {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Size, String> {
+        let bad = || format!("{text:?} is no size such as 640x480");
+        let (w, h) = text.split_once(['x', 'X']).ok_or_else(bad)?;
+        let side =
+            |s: &str| s.trim().parse::<u32>().ok().filter(|n| (1..=1 << 20).contains(n)).ok_or_else(bad);
+        Ok(Size(side(w)?, side(h)?))
+    }
+}
+
+/// `x0,x1,y0,y1` in [0, 1], the order of pbrt's crop window; y goes down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crop(pub [f32; 4]);
+
+impl FromStr for Crop {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Crop, String> {
+        let bad =
+            || format!("{text:?} is no window x0,x1,y0,y1 with 0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1");
+        let v: Vec<f32> =
+            text.split(',').map(|w| w.trim().parse().map_err(|_| bad())).collect::<Result<_, _>>()?;
+        let v: [f32; 4] = v.try_into().map_err(|_| bad())?;
+        let inside = v.iter().all(|x| (0.0..=1.0).contains(x));
+        if !inside || v[0] >= v[1] || v[2] >= v[3] {
+            return Err(bad());
+        }
+        Ok(Crop(v))
+    }
+}
+
+/// `key=value`.
+pub fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.is_empty() => Ok((key.to_owned(), value.to_owned())),
+        _ => Err(format!("{text:?} is not key=value")),
+    }
+}
+
+/// A limit on scattering events.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// This many.
+    Limit(u32),
+    /// What the scene's integrator says.
+    File,
+}
+
+impl FromStr for Depth {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Depth, String> {
+        match text {
+            "file" => Ok(Depth::File),
+            n => n.parse().map(Depth::Limit).map_err(|_| format!("{n:?} is neither a number nor \"file\"")),
+        }
+    }
+}
+
+/// How bright a picture for the screen is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// The 95th percentile of the luminance comes to 0.8.
+    Auto,
+    /// Powers of two.
+    Stops(f32),
+}
+
+impl FromStr for Exposure {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Exposure, String> {
+        match text {
+            "auto" => Ok(Exposure::Auto),
+            n => match n.parse() {
+                Ok(stops) if (-60.0..=60.0).contains(&stops) => Ok(Exposure::Stops(stops)),
+                _ => Err(format!("{n:?} is neither \"auto\" nor a number of stops in -60..60")),
+            },
+        }
+    }
+}
+
+/// A positive finite number.
+pub fn positive(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
+        _ => Err(format!("{text:?} is not a positive number")),
+    }
+}
+
+/// A count, also as `2e6`, `500k`, `4M`.
+pub fn count(text: &str) -> Result<u64, String> {
+    let bad = || format!("{text:?} is not a positive count such as 60000, 500k, 4M or 2e6");
+    let (digits, factor) = match text.char_indices().next_back() {
+        Some((i, 'k' | 'K')) => (&text[..i], 1e3),
+        Some((i, 'M')) => (&text[..i], 1e6),
+        Some((i, 'G')) => (&text[..i], 1e9),
+        _ => (text, 1.0),
+    };
+    if factor == 1.0
+        && let Ok(n) = digits.parse::<u64>()
+    {
+        return if n > 0 { Ok(n) } else { Err(bad()) };
+    }
+    let n = digits.parse::<f64>().map_err(|_| bad())? * factor;
+    if (1.0..=1e15).contains(&n) { Ok(n.round() as u64) } else { Err(bad()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_of_time() {
+        let s = |t: &str| duration(t).map(|d| d.as_secs_f64());
+        assert_eq!(s("30s"), Ok(30.0));
+        assert_eq!(s("2m"), Ok(120.0));
+        assert_eq!(s("1h30m"), Ok(5400.0));
+        assert_eq!(s("500ms"), Ok(0.5));
+        assert_eq!(s("1.5m2s"), Ok(92.0));
+        assert_eq!(s("2.5"), Ok(2.5));
+        for bad in ["", "s", "0s", "-3s", "10x", "1h30", "nan", "inf", "1e99", "5 s", "é"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_windows_and_the_rest() {
+        assert_eq!("640x480".parse(), Ok(Size(640, 480)));
+        for bad in ["640", "0x3", "x", "1x-1", "5000000x2"] {
+            assert!(bad.parse::<Size>().is_err(), "{bad}");
+        }
+        assert_eq!("0,0.5,0.25,1".parse(), Ok(Crop([0.0, 0.5, 0.25, 1.0])));
+        for bad in ["0,1,0", "0.5,0.5,0,1", "0,1,0,1.1", "nan,1,0,1", "0,1,0,1,2"] {
+            assert!(bad.parse::<Crop>().is_err(), "{bad}");
+        }
+        assert_eq!(define("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert!(define("a").is_err() && define("=b").is_err());
+        assert_eq!(("file".parse(), "3".parse()), (Ok(Depth::File), Ok(Depth::Limit(3))));
+        assert!("-1".parse::<Depth>().is_err());
+        assert_eq!(("auto".parse(), "-1.5".parse()), (Ok(Exposure::Auto), Ok(Exposure::Stops(-1.5))));
+        assert!("nan".parse::<Exposure>().is_err());
+        assert_eq!(["7", "500k", "4M", "2e6"].map(|t| count(t).unwrap()), [7, 500_000, 4_000_000, 2_000_000]);
+        assert!(count("0").is_err() && count("-1").is_err() && count("1e30").is_err() && count("").is_err());
+    }
+}
