@@ -1,10 +1,12 @@
 //! The binary tree: top-down, binned surface-area heuristic (I. Wald, *On fast Construction of SAH-based Bounding
 //! Volume Hierarchies*, 2007).
 //!
-//! Agglomerative builders (PLOC) make slightly better trees of irregular meshes but take quadratic time and depth
-//! where neighbouring boxes tie: a strip of 16 000 equal quads took 3.6 s and depth 8 015, identical boxes likewise.
-//! This one has depth at most [`MAX_DEPTH`] and time O(n log n) on any input. One thread: the result cannot depend on
-//! their number.
+//! Depth is at most [`MAX_DEPTH`] and time O(n log n) on any input. An agglomerative builder (PLOC, as in obvhs 0.4)
+//! takes quadratic time and depth where neighbouring boxes tie: 3.6 s and depth 8 015 for a strip of 16 000 equal
+//! quads, the like for identical boxes. With reinsertion its trees were traced 10–15 % slower on displaced spheres of
+//! 82 k and 1.3 M triangles and held half as much memory again; reinsertion on top of this builder gained nothing.
+//!
+//! One thread: the result cannot depend on their number. A million triangles take about 0.7 s.
 
 use glam::Vec4;
 

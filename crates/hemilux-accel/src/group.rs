@@ -1,14 +1,16 @@
 //! Geometry in one space: a tree of triangles and a tree of quadrics.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use glam::{DAffine3, Vec3};
 
 use crate::bounds::Bounds;
 use crate::build::{Binary, Box4, build};
+use crate::lanes::Lanes;
 use crate::quadric::{PlacedQuadric, Quadric};
 use crate::ray::LocalRay;
-use crate::traverse::traverse;
+use crate::traverse::{Visit, traverse};
 use crate::triangle::{LANES, TrianglePack, is_proper};
 use crate::wide::Wide;
 
@@ -123,7 +125,7 @@ impl Group {
 
     /// The nearest hit before `t_max`, which it lowers; with `ANY`, the first one met.
     #[inline(always)]
-    pub(crate) fn trace<const ANY: bool>(
+    pub(crate) fn trace<L: Lanes, const ANY: bool>(
         &self,
         ray: &LocalRay,
         t_min: f32,
@@ -132,41 +134,16 @@ impl Group {
         let mut found = None;
         if !self.packs.is_empty() {
             let slab = ray.slab(&self.triangles.bounds);
-            traverse(&self.triangles, &slab, t_min, t_max, |number, t_max| {
-                let pack = &self.packs[number as usize];
-                let mut lanes = pack.candidates(ray);
-                while lanes != 0 {
-                    let lane = lanes.trailing_zeros();
-                    lanes &= lanes - 1;
-                    let t = pack.distance(lane as usize, ray);
-                    if t > t_min && t < *t_max {
-                        *t_max = t;
-                        found = Some(Found::Triangle { pack: number, lane });
-                        if ANY {
-                            return true;
-                        }
-                    }
-                }
-                false
-            });
-            if ANY && found.is_some() {
-                return found;
-            }
+            let mut visitor =
+                Triangles::<L, ANY> { packs: &self.packs, ray, t_min, found, lanes: PhantomData };
+            traverse::<L, _>(&self.triangles, &slab, t_min, t_max, &mut visitor);
+            found = visitor.found;
         }
-        if !self.shapes.is_empty() {
+        if !(self.shapes.is_empty() || ANY && found.is_some()) {
             let slab = ray.slab(&self.quadrics.bounds);
-            traverse(&self.quadrics, &slab, t_min, t_max, |number, t_max| {
-                let quadric = &self.shapes[number as usize];
-                if let Some((t, u, v)) = quadric.intersect(ray.origin64, ray.dir64, t_min, *t_max) {
-                    let t = t as f32;
-                    if t > t_min && t < *t_max {
-                        *t_max = t;
-                        found = Some(Found::Quadric { prim: quadric.prim, u: u as f32, v: v as f32 });
-                        return ANY;
-                    }
-                }
-                false
-            });
+            let mut visitor = Quadrics::<ANY> { shapes: &self.shapes, ray, t_min, found };
+            traverse::<L, _>(&self.quadrics, &slab, t_min, t_max, &mut visitor);
+            found = visitor.found;
         }
         found
     }
@@ -181,5 +158,63 @@ impl Group {
             }
             Found::Quadric { prim, u, v } => (prim, u, v),
         }
+    }
+}
+
+struct Triangles<'a, L, const ANY: bool> {
+    packs: &'a [TrianglePack],
+    ray: &'a LocalRay,
+    t_min: f32,
+    found: Option<Found>,
+    lanes: PhantomData<L>,
+}
+
+impl<L: Lanes, const ANY: bool> Visit for Triangles<'_, L, ANY> {
+    #[inline(always)]
+    fn prefetch(&self, number: u32) {
+        L::prefetch(&self.packs[number as usize]);
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, number: u32, t_max: &mut f32) -> bool {
+        let pack = &self.packs[number as usize];
+        let mut lanes = pack.candidates::<L>(self.ray);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros();
+            lanes &= lanes - 1;
+            let t = pack.distance(lane as usize, self.ray);
+            if t > self.t_min && t < *t_max {
+                *t_max = t;
+                self.found = Some(Found::Triangle { pack: number, lane });
+                if ANY {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
+
+struct Quadrics<'a, const ANY: bool> {
+    shapes: &'a [PlacedQuadric],
+    ray: &'a LocalRay,
+    t_min: f32,
+    found: Option<Found>,
+}
+
+impl<const ANY: bool> Visit for Quadrics<'_, ANY> {
+    #[inline(always)]
+    fn leaf(&mut self, number: u32, t_max: &mut f32) -> bool {
+        let quadric = &self.shapes[number as usize];
+        let Some((t, u, v)) = quadric.intersect(self.ray.origin64, self.ray.dir64, self.t_min, *t_max) else {
+            return false;
+        };
+        let t = t as f32;
+        let nearer = t > self.t_min && t < *t_max;
+        if nearer {
+            *t_max = t;
+            self.found = Some(Found::Quadric { prim: quadric.prim, u: u as f32, v: v as f32 });
+        }
+        nearer && ANY
     }
 }

@@ -25,6 +25,13 @@ pub fn triangle_point(vertices: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
     (p.as_vec3(), rounding_error(p.as_vec3()) + cancelled)
 }
 
+/// The unit normal of a triangle, counter-clockwise seen against it; computed in `f64`, since `f32` differences of the
+/// vertices of a sliver far from the origin can tilt it by degrees. NaN for a triangle of no area.
+pub fn triangle_normal(vertices: &[Vec3; 3]) -> Vec3 {
+    let [a, b, c] = vertices.map(Vec3::as_dvec3);
+    (b - a).cross(c - a).normalize().as_vec3()
+}
+
 /// The image of a point known within `error`, and the bound of its error, both per axis.
 ///
 /// The point is transformed in `f64` and rounded once. The second term of the bound covers what cancels in the `f64`

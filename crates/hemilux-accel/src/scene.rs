@@ -1,12 +1,17 @@
 //! The world: its own group, and instances of other groups under a top-level tree.
 
+use std::marker::PhantomData;
+
 use glam::DAffine3;
 
 use crate::bounds::Bounds;
 use crate::build::Box4;
 use crate::group::{Found, Group, single};
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::Avx2;
+use crate::lanes::{Lanes, Portable};
 use crate::ray::{Hit, LocalRay, NO_INSTANCE, Ray};
-use crate::traverse::traverse;
+use crate::traverse::{Visit, traverse};
 use crate::wide::Wide;
 
 /// Collects the groups and instances of an [`Accel`].
@@ -110,25 +115,25 @@ impl Accel {
     /// [`closest`](Self::closest) without special instructions: the same bits, for comparison.
     #[inline(never)]
     pub fn closest_portable(&self, ray: &Ray) -> Option<Hit> {
-        self.trace::<false>(ray)
+        self.trace::<Portable, false>(ray)
     }
 
     /// [`occluded`](Self::occluded) without special instructions: the same answer, for comparison.
     #[inline(never)]
     pub fn occluded_portable(&self, ray: &Ray) -> bool {
-        self.trace::<true>(ray).is_some()
+        self.trace::<Portable, true>(ray).is_some()
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn closest_avx2(&self, ray: &Ray) -> Option<Hit> {
-        self.trace::<false>(ray)
+        self.trace::<Avx2, false>(ray)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn occluded_avx2(&self, ray: &Ray) -> bool {
-        self.trace::<true>(ray).is_some()
+        self.trace::<Avx2, true>(ray).is_some()
     }
 
     /// A box around everything that can be hit; empty if nothing can.
@@ -145,12 +150,15 @@ impl Accel {
     }
 
     #[inline(always)]
-    fn trace<const ANY: bool>(&self, ray: &Ray) -> Option<Hit> {
+    fn trace<L: Lanes, const ANY: bool>(&self, ray: &Ray) -> Option<Hit> {
         let world_ray = LocalRay::from_world(ray)?;
         let mut t_max = ray.t_max;
-        let mut best = self.world.trace::<ANY>(&world_ray, ray.t_min, &mut t_max).map(|f| (f, NO_INSTANCE));
+        let mut best = None;
+        if let Some(found) = self.world.trace::<L, ANY>(&world_ray, ray.t_min, &mut t_max) {
+            best = Some((found, NO_INSTANCE));
+        }
         if !(self.instances.is_empty() || ANY && best.is_some()) {
-            best = self.trace_instances::<ANY>(&world_ray, ray.t_min, &mut t_max).or(best);
+            best = self.trace_instances::<L, ANY>(&world_ray, ray.t_min, &mut t_max).or(best);
         }
         let (found, instance) = best?;
         if ANY {
@@ -166,24 +174,16 @@ impl Accel {
     }
 
     #[inline(always)]
-    fn trace_instances<const ANY: bool>(
+    fn trace_instances<L: Lanes, const ANY: bool>(
         &self,
         ray: &LocalRay,
         t_min: f32,
         t_max: &mut f32,
     ) -> Option<(Found, u32)> {
         let slab = ray.slab(&self.top.bounds);
-        let mut best = None;
-        traverse(&self.top, &slab, t_min, t_max, |number, t_max| {
-            if let Some((group, local)) = self.enter(number, ray)
-                && let Some(found) = group.trace::<ANY>(&local, t_min, t_max)
-            {
-                best = Some((found, number));
-                return ANY;
-            }
-            false
-        });
-        best
+        let mut visitor = Instances::<L, ANY> { accel: self, ray, t_min, found: None, lanes: PhantomData };
+        traverse::<L, _>(&self.top, &slab, t_min, t_max, &mut visitor);
+        visitor.found
     }
 
     /// The group of an instance, and the ray in its space. The direction keeps its scale there, so `t` means the same.
@@ -193,5 +193,23 @@ impl Accel {
         let origin = to_group.transform_point3(ray.origin64);
         let dir = to_group.transform_vector3(ray.dir64);
         Some((&self.groups[*group as usize], LocalRay::new(origin, dir)?))
+    }
+}
+
+struct Instances<'a, L, const ANY: bool> {
+    accel: &'a Accel,
+    ray: &'a LocalRay,
+    t_min: f32,
+    found: Option<(Found, u32)>,
+    lanes: PhantomData<L>,
+}
+
+impl<L: Lanes, const ANY: bool> Visit for Instances<'_, L, ANY> {
+    #[inline(always)]
+    fn leaf(&mut self, number: u32, t_max: &mut f32) -> bool {
+        let Some((group, local)) = self.accel.enter(number, self.ray) else { return false };
+        let Some(found) = group.trace::<L, ANY>(&local, self.t_min, t_max) else { return false };
+        self.found = Some((found, number));
+        ANY
     }
 }

@@ -10,6 +10,7 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::lanes::Lanes;
 use crate::ray::LocalRay;
 
 /// Triangles per pack and so per leaf.
@@ -47,31 +48,30 @@ impl TrianglePack {
 
     /// The lanes whose triangle the line of the ray meets.
     #[inline(always)]
-    pub fn candidates(&self, ray: &LocalRay) -> u32 {
+    pub fn candidates<L: Lanes>(&self, ray: &LocalRay) -> u32 {
         let [kx, ky, kz] = ray.axes;
-        let (ox, oy, oz) = (ray.origin[kx], ray.origin[ky], ray.origin[kz]);
-        let mut x = [[0.0f32; LANES]; 3];
-        let mut y = [[0.0f32; LANES]; 3];
+        let origin = [L::splat(ray.origin[kx]), L::splat(ray.origin[ky]), L::splat(ray.origin[kz])];
+        let shear = [L::splat(ray.shear[0]), L::splat(ray.shear[1])];
+        let mut x = [origin[0]; 3];
+        let mut y = [origin[1]; 3];
         for k in 0..3 {
-            let (vx, vy, vz) = (&self.vertex[k][kx], &self.vertex[k][ky], &self.vertex[k][kz]);
-            for i in 0..LANES {
-                let z = vz[i] - oz;
-                x[k][i] = (vx[i] - ox) - ray.shear[0] * z;
-                y[k][i] = (vy[i] - oy) - ray.shear[1] * z;
-            }
+            let v = &self.vertex[k];
+            let z = L::load(&v[kz]).sub(origin[2]);
+            x[k] = L::load(&v[kx]).sub(origin[0]).sub(shear[0].mul(z));
+            y[k] = L::load(&v[ky]).sub(origin[1]).sub(shear[1].mul(z));
         }
-        let [mut inside, mut zero] = [0u32; 2];
-        for i in 0..LANES {
-            let e0 = x[2][i] * y[1][i] - y[2][i] * x[1][i];
-            let e1 = x[0][i] * y[2][i] - y[0][i] * x[2][i];
-            let e2 = x[1][i] * y[0][i] - y[1][i] * x[0][i];
-            let positive = (e0 > 0.0) & (e1 > 0.0) & (e2 > 0.0);
-            let negative = (e0 < 0.0) & (e1 < 0.0) & (e2 < 0.0);
-            inside |= u32::from(positive | negative) << i;
-            zero |= u32::from((e0 == 0.0) | (e1 == 0.0) | (e2 == 0.0)) << i;
-        }
+        let e = [
+            x[2].mul(y[1]).sub(y[2].mul(x[1])),
+            x[0].mul(y[2]).sub(y[0].mul(x[2])),
+            x[1].mul(y[0]).sub(y[1].mul(x[0])),
+        ];
+        let (mut inside, zero) = L::one_sign(e);
         if zero != 0 {
-            inside |= settle(&x, &y, zero);
+            inside |= settle(
+                [x[0].store(), x[1].store(), x[2].store()],
+                [y[0].store(), y[1].store(), y[2].store()],
+                zero,
+            );
         }
         inside
     }
@@ -85,8 +85,9 @@ impl TrianglePack {
         let t = n.dot(a - ray.origin64) / n.dot(ray.dir64);
         let kz = ray.axes[2];
         let [za, zb, zc] = [a, b, c].map(|p| (p[kz] - ray.origin64[kz]) * ray.inv64);
-        // `max` and `min` take the number when the other is NaN.
-        t.max(za.min(zb).min(zc)).min(za.max(zb).max(zc)) as f32
+        let (low, high) = (least(za, least(zb, zc)), -least(-za, least(-zb, -zc)));
+        // In this order NaN becomes `low`.
+        least(-least(-t, -low), high) as f32
     }
 
     /// Barycentric coordinates of vertices 1 and 2.
@@ -107,10 +108,16 @@ impl TrianglePack {
     }
 }
 
+/// The smaller; `b` if either is NaN. One instruction, where `f64::min` needs four.
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 /// The lanes of `mask` that are inside when edge signs are exact; an edge belongs to both its triangles.
 #[cold]
 #[inline(never)]
-fn settle(x: &[[f32; LANES]; 3], y: &[[f32; LANES]; 3], mask: u32) -> u32 {
+fn settle(x: [[f32; LANES]; 3], y: [[f32; LANES]; 3], mask: u32) -> u32 {
     let mut inside = 0;
     for i in (0..LANES).filter(|i| mask >> i & 1 == 1) {
         let [x, y] = [x, y].map(|c| [f64::from(c[0][i]), f64::from(c[1][i]), f64::from(c[2][i])]);

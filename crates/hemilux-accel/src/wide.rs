@@ -98,3 +98,75 @@ fn open(binary: &Binary, from: usize) -> ([usize; WIDTH], usize) {
     }
     (children, count)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec3, vec3};
+
+    use super::*;
+    use crate::build::{MAX_DEPTH, build};
+
+    fn boxes(n: u32, place: impl Fn(f32) -> (Vec3, Vec3)) -> (Vec<Box4>, Vec<u32>) {
+        let at = |i| {
+            let (min, max) = place(i as f32);
+            Box4::new(&Bounds { min, max })
+        };
+        ((0..n).map(at).collect(), (0..n).collect())
+    }
+
+    /// Primitives found below `node` and the depth of the tree; checks that boxes contain those below them.
+    fn walk(tree: &Wide, leaves: &[Vec<u32>], all: &[Box4]) -> (Vec<u32>, usize) {
+        let (mut seen, mut depth) = (Vec::new(), 0);
+        let mut todo = vec![(0u32, 1usize, tree.bounds)];
+        while let Some((code, level, outer)) = todo.pop() {
+            depth = depth.max(level);
+            let node = &tree.nodes[code as usize];
+            for slot in (0..WIDTH).filter(|i| node.present >> i & 1 == 1) {
+                let plane =
+                    |side: usize| Vec3::from_array([0, 1, 2].map(|axis| node.planes[axis][side][slot]));
+                let inner = Bounds { min: plane(0), max: plane(1) };
+                assert_eq!(outer.union(inner), outer);
+                let child = node.child[slot];
+                if child & LEAF == 0 {
+                    todo.push((child, level + 1, inner));
+                    continue;
+                }
+                for &prim in &leaves[(child & !LEAF) as usize] {
+                    let b = &all[prim as usize];
+                    let b = Bounds { min: b.min.truncate(), max: b.max.truncate() };
+                    assert_eq!(inner.union(b), inner);
+                    seen.push(prim);
+                }
+            }
+        }
+        (seen, depth)
+    }
+
+    #[test]
+    fn every_primitive_is_in_one_leaf_of_a_tree_of_bounded_depth() {
+        type Place = fn(f32) -> (Vec3, Vec3);
+        let places: [Place; 6] = [
+            |_| (Vec3::ZERO, Vec3::ONE),
+            |i| (vec3(i, 0.0, 0.0), vec3(i + 1.0, 1.0, 0.0)),
+            |i| (Vec3::splat(-i), Vec3::splat(i)),
+            |i| (Vec3::X * 1.004f32.powf(i), Vec3::X * 1.004f32.powf(i + 1.0)),
+            |i| (Vec3::ZERO, Vec3::splat(1.004f32.powf(i))),
+            |i| (Vec3::splat(-3e38), Vec3::splat(3e38 - i * 1e33)),
+        ];
+        for place in places {
+            for (n, leaf_max) in [(1, 8), (2, 1), (9, 8), (20_000, 8), (20_000, 1)] {
+                let (all, order) = boxes(n, place);
+                let mut leaves = Vec::new();
+                let tree = Wide::from_binary(&build(all.clone(), order, leaf_max), |leaf| {
+                    assert!(leaf.len() <= leaf_max);
+                    leaves.push(leaf.to_vec());
+                    leaves.len() as u32 - 1
+                });
+                let (mut seen, depth) = walk(&tree, &leaves, &all);
+                seen.sort_unstable();
+                assert!(seen.into_iter().eq(0..n));
+                assert!(depth <= MAX_DEPTH, "{depth}");
+            }
+        }
+    }
+}

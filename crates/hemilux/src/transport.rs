@@ -117,16 +117,19 @@ impl<'a> Walker<'a> {
             let wo = s.frame.to_local(s.wo);
             let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, sampler);
             radiance += beta * zonal;
-            let (on, chain_share) = match going_on {
-                GoingOn::All => (bsdf, Rgb::WHITE),
-                GoingOn::NarrowLobes(b) => (b, Rgb::WHITE),
-                GoingOn::WithoutCaustic => (bsdf, Rgb::BLACK),
+            let narrow;
+            let on = match going_on {
+                GoingOn::NarrowLobes => {
+                    narrow = bsdf.without_diffuse();
+                    &narrow
+                }
+                _ => &bsdf,
             };
             if on.is_black() {
                 break;
             }
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, &on, wo, sampler, rays);
+                radiance += beta * self.direct(&s, on, wo, sampler, rays);
             }
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
             let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
@@ -144,8 +147,10 @@ impl<'a> Walker<'a> {
                 arrival = Arrival::Shared { from: s.p, rays: next.pdf, samples: 1.0 };
                 in_chain = false;
                 travelled = 0.0;
-                after_chain =
-                    if chain_share.is_black() { narrow_share(&on, wo, next.wi) } else { Rgb::WHITE };
+                after_chain = match going_on {
+                    GoingOn::WithoutCaustic => narrow_share(on, wo, next.wi),
+                    _ => Rgb::WHITE,
+                };
             }
             if beta.is_black() || !roulette(&mut beta, depth, sampler) {
                 break;
@@ -214,7 +219,7 @@ impl<'a> Walker<'a> {
         let jitter = sampler.next2();
         let place = zones.locate(self.world, s, jitter);
         if travelled >= ZONE_TRUST * place.radius {
-            (zones.reflected(&place, bsdf, wo), GoingOn::NarrowLobes(bsdf.without_diffuse()))
+            (zones.reflected(&place, bsdf, wo), GoingOn::NarrowLobes)
         } else {
             (zones.reflected_caustic(&place, bsdf, wo), GoingOn::WithoutCaustic)
         }
@@ -248,12 +253,12 @@ impl<'a> Walker<'a> {
 }
 
 /// What a walk still has to follow behind a vertex.
-#[allow(clippy::large_enum_variant)] // lives on the stack of one loop
+#[derive(Clone, Copy)]
 enum GoingOn {
     /// Everything.
     All,
     /// Everything but the diffuse lobes, which the zone has given.
-    NarrowLobes(Bsdf),
+    NarrowLobes,
     /// Everything but caustics on the diffuse lobes, which the zone has given.
     WithoutCaustic,
 }

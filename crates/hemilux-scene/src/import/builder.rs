@@ -13,6 +13,9 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 
+/// Parameters that `Attribute` may set at once.
+const MAX_ATTRIBUTES: usize = 1000;
+
 /// What `AreaLightSource` says about the shapes that follow.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
@@ -389,6 +392,10 @@ impl Builder {
                 return;
             }
         };
+        if list.len() + items.len() > MAX_ATTRIBUTES {
+            self.env.log.error(span, format!("more than {MAX_ATTRIBUTES} attributes"));
+            return;
+        }
         for item in items {
             list.retain(|p| p.name != item.name);
             list.push(item);

@@ -71,17 +71,26 @@ impl Files {
         }
     }
 
+    /// Whether no further file may be opened.
+    pub fn exhausted(&self) -> bool {
+        self.opened >= MAX_FILES
+    }
+
     /// The bytes of a file, decompressed if gzipped; the error is half a sentence ("no such file").
     pub fn read(&mut self, path: &Path) -> Result<Vec<u8>, String> {
-        if self.opened >= MAX_FILES {
+        if self.exhausted() {
             return Err(format!("more than {MAX_FILES} files"));
         }
         self.opened += 1;
-        if path.is_dir() {
+        // A device or a pipe could wait for ever.
+        let kind = std::fs::metadata(path).map_err(|e| explain(&e))?;
+        if kind.is_dir() {
             return Err("is a directory".into());
         }
+        if !kind.is_file() {
+            return Err("is not a regular file".into());
+        }
         let file = File::open(path).map_err(|e| explain(&e))?;
-        // A device or a pipe could deliver for ever: the budget ends that too.
         let mut bytes = Vec::new();
         file.take(self.budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| explain(&e))?;
         self.charge(bytes.len())?;

@@ -5,8 +5,8 @@ use super::builder::{Builder, PointLight};
 use super::transform;
 use crate::geom::{DAffine3, DVec3, Vec2, Vec3};
 use crate::{
-    Camera, Emission, Film, Filter, Geometry, Instance, Material, MaterialId, MaterialKind, Mesh, Projection,
-    Quadric, Rgb, RgbParam, Scene, Shape, Span,
+    Camera, Emission, Environment, Film, Filter, Geometry, Instance, Material, MaterialId, MaterialKind,
+    Mesh, Projection, Quadric, Rgb, RgbParam, Scene, Shape, Span,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -17,7 +17,7 @@ pub const BYTES_PER_PIXEL: u64 = 96;
 /// Radius of the sphere that stands for a point luminaire, relative to the diagonal of the scene.
 const LIGHT_RADIUS: f64 = 1e-3;
 /// Triangles × luminaires that are looked at to keep those spheres clear of surfaces.
-const CLEARANCE_BUDGET: usize = 50_000_000;
+const CLEARANCE_BUDGET: usize = 20_000_000;
 
 impl Builder {
     /// The scene, or errors in the log.
@@ -36,6 +36,9 @@ impl Builder {
         }
         let film = self.checked_film();
         self.check_transforms();
+        if env.log.errors() > 0 {
+            return None;
+        }
         let camera = self.camera.take().unwrap_or_else(|| {
             env.log.warning(Span::default(), "no Camera: at the origin, looking along z, field of view 90°");
             default_camera()
@@ -45,9 +48,6 @@ impl Builder {
             env.log.warning(Span::default(), "no luminaire: the picture will be black");
         }
         report_unused_defines(&env);
-        if env.log.errors() > 0 {
-            return None;
-        }
         let files = env.files.borrow();
         Some(Scene {
             camera,
@@ -109,6 +109,7 @@ impl Builder {
     /// Luminous shapes of objects are copied into the world once per instance, so that every luminaire is a shape of
     /// the world.
     fn expand_luminous_instances(&mut self) {
+        let env_memory = self.env.memory;
         for i in 0..self.objects.len() {
             let (luminous, dark): (Vec<Shape>, Vec<Shape>) =
                 std::mem::take(&mut self.objects[i].shapes).into_iter().partition(|s| s.emission.is_some());
@@ -118,6 +119,11 @@ impl Builder {
             self.env.log.warning(first.span, message);
             let placed: Vec<DAffine3> =
                 self.instances.iter().filter(|n| n.object as usize == i).map(|n| n.to_world).collect();
+            let bytes: u64 = luminous.iter().map(|s| self.bytes_of(s)).sum();
+            if bytes.saturating_mul(placed.len() as u64) > env_memory {
+                self.env.log.error(first.span, "the copies of this luminaire exceed the memory limit");
+                continue;
+            }
             for m in &placed {
                 for shape in &luminous {
                     let copy = self.placed_copy(shape, m);
@@ -125,6 +131,18 @@ impl Builder {
                 }
             }
         }
+    }
+
+    /// Memory that a copy of a shape takes, about.
+    fn bytes_of(&self, shape: &Shape) -> u64 {
+        let vertices = match shape.geometry {
+            Geometry::Mesh(id) => {
+                let mesh = &self.meshes[id.0 as usize];
+                mesh.positions.len() + mesh.indices.len()
+            }
+            Geometry::Quadric(..) => 0,
+        };
+        500 + 32 * vertices as u64
     }
 
     fn placed_copy(&mut self, shape: &Shape, m: &DAffine3) -> Shape {
@@ -184,6 +202,10 @@ impl Builder {
         let default = if diagonal > 0.0 { LIGHT_RADIUS * diagonal } else { LIGHT_RADIUS };
         let mut nearest = f64::INFINITY;
         for (shape, m) in self.placed_shapes() {
+            if *budget == 0 {
+                break;
+            }
+            *budget -= 1;
             let p = m.map_or(light.position, |m| m.inverse().transform_point3(light.position));
             // An instance may shrink distances; its smallest stretch bounds by how much.
             let stretch = m.map_or(1.0, |m| 1.0 / longest_stretch(&m.inverse()));
@@ -223,28 +245,18 @@ impl Builder {
     }
 
     fn diagonal(&self) -> f64 {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut grow = |p: DVec3| {
-            low = low.min(p);
-            high = high.max(p);
+        let meshes: Vec<Bounds> = self.meshes.iter().map(Bounds::of_mesh).collect();
+        let group = |shapes: &[Shape]| {
+            shapes.iter().fold(Bounds::EMPTY, |all, shape| match &shape.geometry {
+                Geometry::Mesh(id) => all.union(meshes[id.0 as usize]),
+                Geometry::Quadric(q, m) => all.union(Bounds::of_quadric(q).transformed(m)),
+            })
         };
-        let boxes: Vec<(DVec3, DVec3)> = self.meshes.iter().map(bounds).collect();
-        for (shape, m) in self.placed_shapes() {
-            let (a, b, to_group) = match &shape.geometry {
-                Geometry::Mesh(id) => (boxes[id.0 as usize].0, boxes[id.0 as usize].1, DAffine3::IDENTITY),
-                Geometry::Quadric(q, m) => {
-                    let (a, b) = quadric_bounds(q);
-                    (a, b, *m)
-                }
-            };
-            let m = m.unwrap_or(DAffine3::IDENTITY) * to_group;
-            for i in 0..8 {
-                let pick = |bit: usize, lo: f64, hi: f64| if i >> bit & 1 == 0 { lo } else { hi };
-                let corner = DVec3::new(pick(0, a.x, b.x), pick(1, a.y, b.y), pick(2, a.z, b.z));
-                grow(m.transform_point3(corner));
-            }
-        }
-        let d = (high - low).length();
+        let objects: Vec<Bounds> = self.objects.iter().map(|o| group(&o.shapes)).collect();
+        let all = self.instances.iter().fold(group(&self.shapes), |all, n| {
+            all.union(objects[n.object as usize].transformed(&n.to_world))
+        });
+        let d = (all.high - all.low).length();
         if d.is_finite() { d } else { 0.0 }
     }
 
@@ -275,15 +287,24 @@ impl Builder {
         let groups = self.objects.iter().map(|o| &o.shapes).chain([&self.shapes]);
         for shape in groups.flatten() {
             if let Geometry::Quadric(q, m) = &shape.geometry {
-                let (a, b) = quadric_bounds(q);
-                let corner = [a, b].map(|p| m.transform_point3(p).as_vec3());
-                if !corner.iter().all(|c| c.is_finite()) || !transform::is_invertible(m) {
+                let reach = Bounds::of_quadric(q).transformed(m);
+                let finite = reach.low.as_vec3().is_finite() && reach.high.as_vec3().is_finite();
+                if !finite || !transform::is_invertible(m) {
                     self.env.log.error(shape.span, "the shape is not finite in single precision");
                 }
             }
             if shape.emission.as_ref().is_some_and(|e| !e.radiance.is_finite()) {
                 self.env.log.error(shape.span, "the emission is not finite in single precision");
             }
+        }
+        let finite = |e: &Environment| match e {
+            Environment::Constant { radiance } | Environment::Sun { radiance, .. } => radiance.is_finite(),
+            Environment::Image { scale, .. } => scale.is_finite(),
+        };
+        if !self.environments.iter().all(finite) {
+            self.env
+                .log
+                .error(Span::default(), "an environment's radiance is not finite in single precision");
         }
         if self.instances.iter().any(|n| !transform::is_invertible(&n.to_world)) {
             self.env.log.error(Span::default(), "an instance has a singular transform");
@@ -347,19 +368,48 @@ fn transformed(mesh: &Mesh, m: &DAffine3) -> Mesh {
     }
 }
 
-fn bounds(mesh: &Mesh) -> (DVec3, DVec3) {
-    let fold = |f: fn(Vec3, Vec3) -> Vec3, start| mesh.positions.iter().copied().fold(start, f).as_dvec3();
-    (fold(Vec3::min, Vec3::INFINITY), fold(Vec3::max, Vec3::NEG_INFINITY))
+/// An axis-parallel box.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
 }
 
-fn quadric_bounds(q: &Quadric) -> (DVec3, DVec3) {
-    let (r, low, high) = match *q {
-        Quadric::Sphere { radius, z_min, z_max, .. } | Quadric::Cylinder { radius, z_min, z_max, .. } => {
-            (radius, z_min, z_max)
+impl Bounds {
+    const EMPTY: Bounds = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    fn union(self, other: Bounds) -> Bounds {
+        Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    fn of_mesh(mesh: &Mesh) -> Bounds {
+        let fold =
+            |f: fn(Vec3, Vec3) -> Vec3, start| mesh.positions.iter().copied().fold(start, f).as_dvec3();
+        Bounds { low: fold(Vec3::min, Vec3::INFINITY), high: fold(Vec3::max, Vec3::NEG_INFINITY) }
+    }
+
+    fn of_quadric(q: &Quadric) -> Bounds {
+        let (r, low, high) = match *q {
+            Quadric::Sphere { radius, z_min, z_max, .. } | Quadric::Cylinder { radius, z_min, z_max, .. } => {
+                (radius, z_min, z_max)
+            }
+            Quadric::Disk { radius, height, .. } => (radius, height, height),
+        };
+        Bounds { low: DVec3::new(-r, -r, low), high: DVec3::new(r, r, high) }
+    }
+
+    fn transformed(self, m: &DAffine3) -> Bounds {
+        if self.low.x > self.high.x {
+            return self;
         }
-        Quadric::Disk { radius, height, .. } => (radius, height, height),
-    };
-    (DVec3::new(-r, -r, low), DVec3::new(r, r, high))
+        (0..8).fold(Bounds::EMPTY, |all, i| {
+            let pick = |bit: usize, low: f64, high: f64| if (i >> bit) & 1 == 0 { low } else { high };
+            let (l, h) = (self.low, self.high);
+            let corner =
+                m.transform_point3(DVec3::new(pick(0, l.x, h.x), pick(1, l.y, h.y), pick(2, l.z, h.z)));
+            all.union(Bounds { low: corner, high: corner })
+        })
+    }
 }
 
 /// A bound on how much a map stretches any vector (Frobenius norm).

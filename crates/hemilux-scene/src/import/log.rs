@@ -9,12 +9,25 @@ pub const MAX_ERRORS: usize = 20;
 /// Notes and warnings kept; further ones are counted only.
 const MAX_REMARKS: usize = 1000;
 
+/// Diagnostics after which suggestions are no longer looked for.
+const MAX_SUGGESTIONS: usize = 50;
+
+/// Names in a file may hold line ends; messages are lines.
+fn escaped(message: &str) -> String {
+    let mut out = String::new();
+    for c in message.chars() {
+        if c.is_control() { out.extend(c.escape_debug()) } else { out.push(c) }
+    }
+    out
+}
+
 /// The diagnostics of one load. Shared by reference: everything that reads may complain.
 #[derive(Debug, Default)]
 pub struct Log {
     diagnostics: RefCell<Vec<Diagnostic>>,
     errors: Cell<usize>,
     dropped: Cell<usize>,
+    stopped: Cell<bool>,
     lenient: bool,
 }
 
@@ -27,11 +40,15 @@ impl Log {
     fn push(&self, severity: Severity, span: Span, message: String, help: Option<String>) {
         let mut list = self.diagnostics.borrow_mut();
         if severity == Severity::Error {
+            if self.full() {
+                return;
+            }
             self.errors.set(self.errors.get() + 1);
         } else if list.len() >= MAX_REMARKS {
             self.dropped.set(self.dropped.get() + 1);
             return;
         }
+        let message = if message.contains(char::is_control) { escaped(&message) } else { message };
         list.push(Diagnostic { severity, message, span, help });
     }
 
@@ -58,7 +75,9 @@ impl Log {
         got: &str,
         known: impl IntoIterator<Item = &'a str>,
     ) {
-        let help = closest(got, known).map(|k| format!("did you mean \"{k}\"?"));
+        let flood = self.diagnostics.borrow().len() > MAX_SUGGESTIONS;
+        let best = if flood { None } else { closest(got, known) };
+        let help = best.map(|k| format!("did you mean \"{k}\"?"));
         self.unknown_help(span, message, help);
     }
 
@@ -83,9 +102,14 @@ impl Log {
         self.errors.get()
     }
 
+    /// Make reading stop: what was reported last would repeat itself.
+    pub fn stop(&self) {
+        self.stopped.set(true);
+    }
+
     /// Whether to stop reading.
     pub fn full(&self) -> bool {
-        self.errors.get() >= MAX_ERRORS
+        self.stopped.get() || self.errors.get() >= MAX_ERRORS
     }
 
     /// Everything said, in order.

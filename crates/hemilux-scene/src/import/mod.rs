@@ -24,6 +24,7 @@ mod spectra;
 mod suggest;
 mod texture_file;
 mod transform;
+mod values;
 
 use crate::{Diagnostic, Scene, SourceMap, Span};
 use files::{Files, physical_memory};
@@ -93,7 +94,7 @@ struct Env {
 
 impl Env {
     fn new(base: PathBuf, options: &LoadOptions) -> Self {
-        let memory = options.memory_limit.unwrap_or(physical_memory() / 5 * 3);
+        let memory = options.memory_limit.unwrap_or_else(|| physical_memory() / 5 * 3);
         Env {
             log: Log::new(options.lenient),
             files: RefCell::new(Files::new(base, memory)),

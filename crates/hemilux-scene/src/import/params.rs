@@ -274,7 +274,7 @@ impl Params {
 
     /// One positive float.
     pub fn positive(&self, log: &Log, name: &'static str, default: f64) -> f64 {
-        self.float_in(log, name, default, "positive", |v| v > 0.0)
+        self.float_in(log, name, default, "positive", |v| v as f32 > 0.0)
     }
 
     /// One float ≥ 0.

@@ -49,7 +49,7 @@ impl Builder {
             screen_window = self.screen_window(&params);
             match projection {
                 Projection::Perspective { .. } => {
-                    let inside = |v: f64| v > 0.0 && v < 180.0;
+                    let inside = |v: f64| v as f32 > 0.0 && (v as f32) < 180.0;
                     let fov = params.float_in(log, "fov", 90.0, "between 0 and 180 degrees", inside);
                     Projection::Perspective { fov: fov as f32 }
                 }
@@ -136,16 +136,18 @@ impl Builder {
         let mut crop = [0.0, 1.0, 0.0, 1.0];
         let mut name = "cropwindow";
         if let Some(w) = params.floats_n::<4>(log, "cropwindow") {
-            crop = w.map(|v| v as f32);
+            let [x0, x1, y0, y1] = w.map(|v| v.clamp(0.0, 1.0) as f32);
+            crop = [x0.min(x1), x0.max(x1), y0.min(y1), y0.max(y1)];
         }
         if let Some(b) = params.integers_n::<4>(log, "pixelbounds") {
             name = "pixelbounds";
             let (w, h) = (width as f32, height as f32);
-            crop = [b[0] as f32 / w, b[1] as f32 / w, b[2] as f32 / h, b[3] as f32 / h];
+            let part = |v: i32, of: f32| (v as f32 / of).clamp(0.0, 1.0);
+            crop = [part(b[0], w), part(b[1], w), part(b[2], h), part(b[3], h)];
         }
         let [x0, x1, y0, y1] = crop;
-        if !(0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0) {
-            log.error(params.value_span(name), "the part of the picture to render is empty or outside of it");
+        if !(x0 < x1 && y0 < y1) {
+            log.error(params.value_span(name), "the part of the picture to render is empty");
             return [0.0, 1.0, 0.0, 1.0];
         }
         crop

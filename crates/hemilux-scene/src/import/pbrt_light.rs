@@ -122,6 +122,9 @@ impl Builder {
                 if let Some(e) = illuminance {
                     let now = upper_illuminance(file);
                     scale *= if now > 0.0 { e / now } else { 0.0 };
+                    let message =
+                        "\"illuminance\" is met exactly (pbrt's environment maps come out twice as bright)";
+                    log.note(params.span_of("illuminance"), message);
                 }
                 image
             }
@@ -271,7 +274,7 @@ impl Builder {
         let env = self.env.clone();
         let log = &env.log;
         let mut intensity = self.strength(params, "I");
-        let inside = |v: f64| v > 0.0 && v < 180.0;
+        let inside = |v: f64| v as f32 > 0.0 && (v as f32) < 180.0;
         let fov = params.float_in(log, "fov", 90.0, "between 0 and 180 degrees", inside);
         let power = self.power(params);
         if !params.has("filename") {

@@ -238,6 +238,11 @@ impl Builder {
         let mut mesh = self.vertices(params)?;
         let patches = self.index_groups::<4>(params, mesh.positions.len())?;
         let mut curved = 0;
+        // A grid takes about 8 KiB while it is made; the text of a patch takes a hundred bytes.
+        if patches.len() as u64 > self.env.memory >> 13 {
+            log.error(params.span, format!("{} has too many patches for the memory limit", params.owner));
+            return None;
+        }
         for patch in patches {
             if planar(&mesh.positions, patch) {
                 // pbrt's order of corners: (0,0), (1,0), (0,1), (1,1).

@@ -450,7 +450,7 @@ fn read_faces<S: Source>(element: &Element, source: &mut S, mesh: &mut Ply) -> R
             let (mut first, mut last) = (0, 0);
             for k in 0..n {
                 let index = source.scalar(p.ty)?;
-                if !(index >= 0.0 && index < vertices as f64) {
+                if !(index >= 0.0 && index < vertices as f64 && index.fract() == 0.0) {
                     let message = format!("face {face} names vertex {index}, there are {vertices}");
                     return fail(source.line(), message);
                 }

@@ -42,7 +42,7 @@ pub fn closest<'a>(got: &str, known: impl IntoIterator<Item = &'a str>) -> Optio
             let d = distance_halves(&a, &b);
             (d <= allowed).then_some((d, k))
         })
-        .min_by_key(|&(d, _)| d)
+        .min()
         .map(|(_, k)| k)
 }
 

@@ -24,9 +24,15 @@ pub fn dielectric_refracted(cos: f32, eta: f32) -> (f32, f32) {
         return (1.0, 0.0);
     }
     let cos_t = cos2_t.sqrt();
+    (dielectric_of_cosines(cos, cos_t, eta), cos_t)
+}
+
+/// [`dielectric`] when the cosines of incidence and refraction, both positive, are already known.
+#[inline]
+pub fn dielectric_of_cosines(cos: f32, cos_t: f32, eta: f32) -> f32 {
     let s = (cos - eta * cos_t) / (cos + eta * cos_t);
     let p = (eta * cos - cos_t) / (eta * cos + cos_t);
-    ((0.5 * (s * s + p * p)).min(1.0), cos_t)
+    (0.5 * (s * s + p * p)).min(1.0)
 }
 
 /// Reflectance of a conductor of complex index `eta` + i `k` (relative to the near side), per band, at cosine `cos` in [0, 1].
@@ -40,7 +46,9 @@ const K_PERFECT: f32 = 1e4;
 
 #[inline]
 fn conductor_band(cos: f32, eta: f32, k: f32) -> f32 {
-    if k > K_PERFECT || cos <= 0.0 {
+    // No index at all: nothing gets in either, and the quotients below are undefined.
+    let void = eta * eta + k * k < 1e-12;
+    if k > K_PERFECT || cos <= 0.0 || void {
         return 1.0;
     }
     let cos2 = (cos * cos).min(1.0);

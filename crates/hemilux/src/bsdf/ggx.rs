@@ -83,6 +83,8 @@ impl Ggx {
     pub fn sample_visible(self, wo: Vec3, u: [f32; 2]) -> Option<Vec3> {
         let map = GgxVisible::new(Dir::from_unit(wo.x, wo.y, wo.z), self.x, self.y)?;
         let h = map.dir(Uv::new(u[0], u[1]));
-        Some(Vec3::new(h.x, h.y, h.z))
+        let h = Vec3::new(h.x, h.y, h.z);
+        // Rounding may turn a facet that is seen edge-on away.
+        (wo.dot(h) > 0.0).then_some(h)
     }
 }

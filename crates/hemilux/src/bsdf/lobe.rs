@@ -1,6 +1,6 @@
 //! One lobe of a surface: what it scatters, its own chart of the unit square, and its density.
 
-use super::coat::{self, Coat};
+use super::coat::{Coat, alpha_coordinate};
 use super::fresnel;
 use super::ggx::{GRAZING, Ggx};
 use super::{BsdfSample, Transport};
@@ -37,7 +37,7 @@ pub(super) enum Shape {
     Metal { eta: Rgb, k: Rgb, ggx: Ggx, weight: f32 },
     /// The outer reflection of a coat, smooth or GGX.
     Gloss { eta: f32, ggx: Ggx, weight: f32 },
-    /// Metal seen through a coat. `weight` includes the correction for a rough coat, `eta` and `k` are relative to the coat.
+    /// Metal seen through a coat. `eta` and `k` are relative to the coat.
     CoatedMetal { coat: Coat, eta: Rgb, k: Rgb, ggx: Ggx, weight: f32 },
     /// A smooth coat on a smooth metal, its own reflection included. `eta` and `k` are relative to the coat.
     CoatedMirror { coat_eta: f32, eta: Rgb, k: Rgb, weight: f32 },
@@ -129,7 +129,7 @@ fn inside_coat(w: Vec3, eta: f32) -> Vec3 {
     Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }
 
-/// T(o) T(i) of the coat times Fresnel term and geometric series of the metal below (module [`coat`]).
+/// T(o) T(i) of the coat times Fresnel term and geometric series of the metal below (module `coat`).
 #[inline]
 fn coated_metal_factor(
     coat: Coat,
@@ -140,9 +140,9 @@ fn coated_metal_factor(
     cos_i: f32,
     cos_h: f32,
 ) -> Rgb {
+    let base = alpha_coordinate(base_alpha);
     let through = coat.transmittance(cos_o) * coat.transmittance(cos_i);
-    let q = |cos| coat::interreflection(cos, base_alpha, coat.eta);
-    let s = 1.0 - q(cos_o) * q(cos_i);
+    let s = 1.0 - coat.interreflection(cos_o, base) * coat.interreflection(cos_i, base);
     fresnel::conductor(cos_h, eta, k).map(|m| through * m / (1.0 - m * s))
 }
 
@@ -255,7 +255,7 @@ impl Lobe {
                 }
                 let Some((h, jacobian)) = refraction_half(eta, wo, wi) else { return Rgb::BLACK };
                 let cos = wo.dot(h);
-                let passed = 1.0 - fresnel::dielectric(cos, eta);
+                let passed = 1.0 - fresnel::dielectric_of_cosines(cos, -wi.dot(h), eta);
                 Rgb::splat(
                     4.0 * visibility * ggx.distribution(h) * passed * cos * jacobian * compression(eta, t),
                 )
@@ -333,7 +333,9 @@ impl Lobe {
                 let share = match (chosen, event) {
                     (false, _) => 1.0,
                     (true, Event::Reflect) => fresnel::dielectric(wo.dot(h), eta),
-                    (true, Event::Transmit) => 1.0 - fresnel::dielectric(wo.dot(h), eta),
+                    (true, Event::Transmit) => {
+                        1.0 - fresnel::dielectric_of_cosines(wo.dot(h), -wi.dot(h), eta)
+                    }
                 };
                 ggx.visible_density(wo, h) * jacobian * share
             }
@@ -510,10 +512,11 @@ impl Lobe {
                 Rgb::splat((1.0 - Coat::new(eta, ggx).transmittance(cos)) * weight)
             }
             Shape::CoatedMetal { coat, eta, k, weight, .. } => {
-                let f = fresnel::dielectric(cos, coat.eta);
-                let through = coat.transmittance(cos) * (1.0 - f) * weight;
+                // All of a white metal's light comes out again; at grazing angles not mirrored but spread, hence the limit.
+                let returned = fresnel::dielectric(cos.max(0.3), coat.eta);
                 let inner = (1.0 - (1.0 - cos * cos) / (coat.eta * coat.eta)).max(0.0).sqrt();
-                fresnel::conductor(inner, eta, k).map(|m| through * m / (1.0 - f * m).max(1e-6))
+                let through = coat.transmittance(cos) * (1.0 - returned) * weight;
+                fresnel::conductor(inner, eta, k).map(|m| through * m / (1.0 - returned * m))
             }
             Shape::CoatedMirror { coat_eta, eta, k, weight } => {
                 coated_mirror_reflectance(cos, coat_eta, eta, k) * weight
@@ -565,7 +568,12 @@ impl Lobe {
 }
 
 #[inline]
-fn sample_cosine(wo: Vec3, u: [f32; 2], event: Event, weight: impl Fn(f32) -> Rgb) -> Option<BsdfSample> {
+pub(super) fn sample_cosine(
+    wo: Vec3,
+    u: [f32; 2],
+    event: Event,
+    weight: impl Fn(f32) -> Rgb,
+) -> Option<BsdfSample> {
     let d = Cosine.dir(Uv::new(u[0], u[1]));
     if d.z <= 0.0 || wo.z.is_nan() || wo.z == 0.0 {
         return None;

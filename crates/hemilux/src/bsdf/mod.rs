@@ -11,20 +11,35 @@
 //! | [`Bsdf::dielectric`] | glass, or rough reflection and rough refraction | exact Fresnel; B. Walter et al., 2007 |
 //! | [`Bsdf::thin_dielectric`] | pane | both interfaces, unpolarised, all inner bounces |
 //! | [`Bsdf::coated_diffuse`] | gloss, undercoat | inner interreflections of a Lambertian base as a geometric series |
-//! | [`Bsdf::coated_conductor`] | gloss, coated metal; or one mirror | see [`coat`](self) below |
+//! | [`Bsdf::coated_conductor`] | gloss, coated metal; or one mirror | refracted facets, interreflections as a geometric series |
 //! | [`Bsdf::diffuse_transmission`] | Lambert, Lambert through | |
 //! | [`Bsdf::mix`] | those of both | |
 //!
 //! Reflection acts alike on both sides of a surface (metals, coats, Lambert). Grazing directions (|cos θ| < 1e-6 for
-//! anything but Lambert) and directions that are not numbers carry nothing. Values, densities and weights are never
-//! negative, infinite or not a number.
+//! anything but Lambert) and directions whose z is not a number carry nothing. For unit directions, values, densities and weights
+//! are never negative, infinite or not a number.
 //!
-//! **What is approximate.** GGX lobes scatter once: what a facet throws at another facet is lost (tests print how much). A rough
-//! coat transmits whatever it does not reflect by single scattering, in the Fresnel sense of a mean plane; anisotropic coats
-//! do so with their geometric mean roughness. A rough coat over a metal widens the metal's facets, α² + (1 - 1/η)² α_coat² / 2
-//! (each of two passages turns a ray by (1 - 1/η) of the tilt of the facet, a reflection by twice the tilt). Interreflection
-//! between coat and rough metal keeps the shape of the first reflection and is right in energy. Index of rough coats and of coats
-//! over metals: [1, 3], clamped.
+//! # What is approximate
+//!
+//! GGX lobes scatter once: what a facet throws at another facet is lost. Albedo of a surface that would lose nothing:
+//!
+//! | cos θ | 1 | 0.7 | 0.4 | 0.1 | 0.01 |
+//! | --- | --- | --- | --- | --- | --- |
+//! | metal, α = 0.1 | 0.989 | 0.982 | 0.956 | 0.883 | 0.977 |
+//! | metal, α = 0.3 | 0.877 | 0.844 | 0.815 | 0.889 | 0.981 |
+//! | metal, α = 0.5 | 0.688 | 0.683 | 0.715 | 0.860 | 0.974 |
+//! | metal, α = 1 | 0.307 | 0.379 | 0.499 | 0.760 | 0.954 |
+//! | glass 1.5, α = 0.1, outside | 0.999 | 0.997 | 0.986 | 0.923 | 0.978 |
+//! | glass 1.5, α = 0.3, outside | 0.988 | 0.971 | 0.933 | 0.906 | 0.971 |
+//! | glass 1.5, α = 0.3, inside | 0.899 | 0.823 | 0.772 | 0.790 | 0.834 |
+//! | glass 1.5, α = 1, outside | 0.894 | 0.800 | 0.718 | 0.741 | 0.916 |
+//!
+//! A rough coat transmits whatever it does not reflect by single scattering, in the directions of its mean plane: varnish over
+//! white keeps everything (tables and their interpolation: within 0.008). Anisotropic coats transmit with the geometric mean of
+//! their roughnesses. A rough coat over a metal widens the metal's facets, α² + (1 - 1/η)² α_coat² / 2 (each of two passages turns
+//! a ray by (1 - 1/η) of the tilt of the facet, a reflection by twice the tilt). Interreflection between coat and rough metal keeps
+//! the shape of the first reflection; its energy is that of a random walk within 0.012 for a white metal and 0.02 for a grey
+//! one. Index of rough coats and of coats over metals: [1, 3], clamped.
 
 mod coat;
 pub mod fresnel;
@@ -40,6 +55,7 @@ use ggx::Ggx;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use lobe::{Event, Shape};
+use std::f32::consts::FRAC_1_PI;
 
 /// Most lobes a [`Bsdf`] holds.
 pub const MAX_LOBES: usize = 8;
@@ -121,13 +137,15 @@ fn index(eta: f32) -> f32 {
 
 impl Bsdf {
     /// Absorbs everything.
+    #[inline]
     pub fn none() -> Bsdf {
-        Bsdf {
+        const NONE: Bsdf = Bsdf {
             lobes: [Lobe(Shape::Lambert { albedo: Rgb::BLACK, event: Event::Reflect }); MAX_LOBES],
             count: 0,
             smooth: 0,
             delta: false,
-        }
+        };
+        NONE
     }
 
     fn one(shape: Shape) -> Bsdf {
@@ -165,8 +183,15 @@ impl Bsdf {
     }
 
     /// Lambertian reflection of `albedo` in [0, 1] (clamped), from both sides.
+    #[inline]
     pub fn diffuse(albedo: Rgb) -> Bsdf {
-        Bsdf::one(Shape::Lambert { albedo: self::albedo(albedo), event: Event::Reflect })
+        let mut bsdf = Bsdf::none();
+        let albedo = self::albedo(albedo);
+        if !albedo.is_black() {
+            bsdf.lobes[0] = Lobe(Shape::Lambert { albedo, event: Event::Reflect });
+            (bsdf.count, bsdf.smooth) = (1, 1);
+        }
+        bsdf
     }
 
     /// Metal of complex index `eta` + i `k` (relative to outside) and GGX roughness `alpha` along the two tangents; a mirror when
@@ -238,18 +263,12 @@ impl Bsdf {
         }
         let coat = Coat::new(coat_eta, gloss);
         let turn = 0.5 * (1.0 - 1.0 / coat_eta) * (1.0 - 1.0 / coat_eta);
-        let widened = |base: f32, coat: f32| (base * base + turn * coat * coat).sqrt();
+        // Never smooth: seen through a rough coat nothing is, and a lobe under a smooth one has its own roughness.
+        let widened = |base: f32, coat: f32| (base * base + turn * coat * coat).sqrt().max(SMOOTH_ALPHA);
         let ggx = Ggx::new([widened(base.x, gloss.x), widened(base.y, gloss.y)]);
-        let plane = Coat { eta: coat_eta, alpha: 0.0 };
         Bsdf::two(
             Shape::Gloss { eta: coat_eta, ggx: gloss, weight: 1.0 },
-            Shape::CoatedMetal {
-                coat,
-                eta,
-                k,
-                ggx,
-                weight: plane.mean_transmittance() / coat.mean_transmittance(),
-            },
+            Shape::CoatedMetal { coat, eta, k, ggx, weight: 1.0 },
         )
     }
 
@@ -312,7 +331,17 @@ impl Bsdf {
     /// The value f, 1/sr, *without* the cosine; delta lobes are left out.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3, t: Transport) -> Rgb {
+        if let [Lobe(Shape::Lambert { albedo, event: Event::Reflect })] = *self.lobes() {
+            return if wo.z * wi.z > 0.0 { albedo * FRAC_1_PI } else { Rgb::BLACK };
+        }
+        self.eval_lobes(wo, wi, t)
+    }
+
+    fn eval_lobes(&self, wo: Vec3, wi: Vec3, t: Transport) -> Rgb {
         let mut sum = Rgb::BLACK;
+        if self.smooth == 0 {
+            return sum;
+        }
         for lobe in self.lobes() {
             sum += lobe.eval(wo, wi, t);
         }
@@ -323,7 +352,14 @@ impl Bsdf {
     #[inline]
     pub fn pdf_solid_angle(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.lobes() {
-            [] => 0.0,
+            _ if self.smooth == 0 => 0.0,
+            [Lobe(Shape::Lambert { event: Event::Reflect, .. })] => {
+                if wo.z * wi.z > 0.0 {
+                    wi.z.abs() * FRAC_1_PI
+                } else {
+                    0.0
+                }
+            }
             [only] => only.pdf_solid_angle(wo, wi),
             _ => self.mixture_density(&self.selection(wo), wo, wi),
         }
@@ -336,6 +372,7 @@ impl Bsdf {
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], t: Transport) -> Option<BsdfSample> {
         match self.lobes() {
             [] => None,
+            [Lobe(Shape::Lambert { albedo, event })] => lobe::sample_cosine(wo, u, *event, |_| *albedo),
             [only] => only.sample_with(wo, u_lobe, u, t),
             _ => self.sample_mixture(wo, u_lobe, u, t),
         }

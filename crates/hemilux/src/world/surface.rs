@@ -88,11 +88,7 @@ impl World {
         };
         if let Some(placement) = placement {
             let m = &placement.to_world;
-            let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis].map(|c| c.as_vec3().abs());
-            let rows = glam::Mat3::from_cols(columns[0], columns[1], columns[2]);
-            let translation = m.translation.as_vec3().abs();
-            local.error = rows * (local.error + gamma(4) * local.p.abs()) + gamma(4) * translation;
-            local.p = m.transform_point3(local.p.as_dvec3()).as_vec3();
+            (local.p, local.error) = accel::transform_error(m, local.p.as_dvec3(), local.error.as_dvec3());
             let normal = |n: Vec3| (placement.normal_to_world * n.as_dvec3()).normalize_or_zero().as_vec3();
             let flip = if placement.mirrors { -1.0 } else { 1.0 };
             local.ng = normal(local.ng) * flip;
@@ -124,9 +120,9 @@ impl World {
         let (a, b, c) = (mesh.positions[i], mesh.positions[j], mesh.positions[k]);
         let (u, v) = (hit.u, hit.v);
         let w = 1.0 - u - v;
-        let p = w * a + u * b + v * c;
-        let error = gamma(7) * ((w * a).abs() + (u * b).abs() + (v * c).abs());
-        let mut ng = (b - a).cross(c - a).normalize_or_zero();
+        let corners = [a, b, c];
+        let (p, error) = accel::triangle_point(&corners, u, v);
+        let mut ng = accel::triangle_normal(&corners);
         let (uva, uvb, uvc) = if mesh.uvs.is_empty() {
             (Vec2::ZERO, Vec2::new(1.0, 0.0), Vec2::ONE)
         } else {

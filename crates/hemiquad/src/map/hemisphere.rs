@@ -8,6 +8,11 @@ use crate::real::Real;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Concentric;
 
+impl Concentric {
+    /// The largest stretch, anywhere: how many radians a unit of the square can become.
+    pub const LARGEST_STRETCH: f64 = 4.3407;
+}
+
 impl<T: Real> Map<T> for Concentric {
     #[inline(always)]
     fn dir(&self, at: Uv<T>) -> Dir<T> {

@@ -1,5 +1,4 @@
 //! Random numbers with an address and the scenes that tests and benches share.
-#![allow(dead_code, reason = "each test binary uses its part")]
 
 use glam::{Vec3, vec3};
 use hemilux_accel::{Accel, GroupBuilder, SceneBuilder};
@@ -24,7 +23,7 @@ impl Random {
     }
 
     pub fn below(&mut self, n: usize) -> usize {
-        (u64::from(self.bits()) * n as u64 >> 32) as usize
+        ((u64::from(self.bits()) * n as u64) >> 32) as usize
     }
 
     /// Uniform in a cube of half side `size`.

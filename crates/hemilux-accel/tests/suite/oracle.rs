@@ -1,10 +1,8 @@
 //! Everything against brute force in `f64`, and the two instruction-set paths against each other.
 
-mod support;
-
+use crate::support::{Mesh, Random, bumpy_sphere, icosphere, room};
 use glam::{DAffine3, DQuat, DVec3, Vec3, vec3};
 use hemilux_accel::{Accel, Group, GroupBuilder, Hit, NO_INSTANCE, Quadric, Ray, SceneBuilder};
-use support::{Mesh, Random, icosphere, room};
 
 /// Möller and Trumbore in `f64`.
 fn triangle(ray: &Ray, [a, b, c]: [Vec3; 3], to_world: &DAffine3) -> Option<(f64, f64, f64)> {
@@ -133,7 +131,7 @@ fn soups_of_any_count() {
 
 #[test]
 fn meshes() {
-    for (seed, mesh) in [room(), icosphere(3)].into_iter().enumerate() {
+    for (seed, mesh) in [room(), icosphere(3), bumpy_sphere(3)].into_iter().enumerate() {
         let hits = compare(&mesh.accel(), &oracle(&mesh), rays(7 + seed as u64, 8000, 1.1), 1e-5);
         assert!(hits > 3000, "{hits}");
     }

@@ -1,0 +1,154 @@
+//! Error against time, of several modes on one scene with a reference, in one run.
+//!
+//!     cargo run --release -p hemilux --example equal_time -- SCENE.pbrt REFERENCE.exr [option=value]...
+//!
+//! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=16`,
+//! `shadow=4`, `strategy=jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
+//! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). Beside a file called
+//! `reference.exr`, its halves and mask are used.
+
+use hemilux::film::Film;
+use hemilux::gather::{GatherPlan, Strategy};
+use hemilux::render::{Mode, RenderOptions, Renderer, Stop};
+use hemilux::world::World;
+use hemilux::zones::{ZoneOptions, Zones};
+use hemilux_image::metrics::{Reference, compare};
+use hemilux_image::{Image, tone};
+use hemilux_scene::import::{LoadOptions, load};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [scene_path, reference_path, options @ ..] = args.as_slice() else {
+        return Err("usage: equal_time SCENE REFERENCE [option=value]...".into());
+    };
+    let option = |key: &str, default: &str| -> String {
+        let prefix = format!("{key}=");
+        options.iter().find_map(|o| o.strip_prefix(&prefix)).unwrap_or(default).to_string()
+    };
+    let begin = Instant::now();
+    let loaded = load(&[PathBuf::from(scene_path)], &LoadOptions::default())?;
+    let (mut width, mut height) = (loaded.scene.film.width, loaded.scene.film.height);
+    if let Some((w, h)) = option("size", "").split_once('x') {
+        (width, height) = (w.parse()?, h.parse()?);
+    }
+    let max_depth = match option("depth", "none").as_str() {
+        "file" => loaded.scene.max_depth.unwrap_or(u32::MAX),
+        "none" => u32::MAX,
+        n => n.parse()?,
+    };
+    let read = begin.elapsed();
+    let world = World::new(loaded.scene);
+    let (build, primitives) = (begin.elapsed() - read, world.primitives());
+    println!(
+        "{scene_path}: {width}x{height}, {primitives} primitives; read {read:.2?}, prepared {build:.2?}"
+    );
+    let references = References::open(Path::new(reference_path))?;
+    let seconds: f64 = option("seconds", "10").parse()?;
+    let share: f64 = option("share", "0.15").parse()?;
+    let passes: u32 = option("spp", "4294967295").parse()?;
+    let strategy = option("strategy", "jittered");
+    let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
+    let plan = GatherPlan {
+        rays: option("gather", "16").parse()?,
+        shadow_rays: option("shadow", "4").parse()?,
+        strategy,
+    };
+    println!("mode   | render s | zones s | spp | relMSE | trimmed | plain | mean ratio R G B | Mray/s");
+    for name in option("modes", "path,zonal").split(',') {
+        let mode = Mode::ALL.iter().find(|m| m.0 == name).ok_or("unknown mode")?.1;
+        let start = Instant::now();
+        let deadline = (passes == u32::MAX).then(|| start + Duration::from_secs_f64(seconds));
+        let zone_options = ZoneOptions {
+            budget: option("budget", "60000").parse()?,
+            particles: option("particles", "100000000").parse()?,
+            seed: 0,
+        };
+        let stop_particles = start + Duration::from_secs_f64(seconds * share);
+        let zones = (mode != Mode::Path)
+            .then(|| Zones::solve_until(&world, &zone_options, |_| Instant::now() >= stop_particles));
+        let zone_time = start.elapsed();
+        let options = RenderOptions { mode, plan, seed: option("seed", "0").parse()?, max_depth };
+        let renderer = Renderer::new(&world, zones.as_ref(), width, height, options);
+        let mut film = Film::new(width, height, [0, width, 0, height]);
+        let never = AtomicBool::new(false);
+        let outcome = renderer.run(&mut film, Stop { passes, deadline }, &never, |_| ());
+        let time = start.elapsed().as_secs_f64();
+        let image = hemilux::picture::image(&film, &[]);
+        let c = references.compare(&image)?;
+        println!(
+            "{name:6} | {time:6.2} | {:5.2} | {:5} | {:.3e} | {:.3e} | {:.3e} | {:.4} {:.4} {:.4} | {:.2}",
+            zone_time.as_secs_f64(),
+            outcome.passes,
+            c.relmse,
+            c.relmse_trimmed,
+            c.relmse_plain,
+            c.mean_ratio[0],
+            c.mean_ratio[1],
+            c.mean_ratio[2],
+            outcome.rays as f64 / 1e6 / (time - zone_time.as_secs_f64()),
+        );
+        if let Some(z) = &zones {
+            let (median, high) = z.relative_errors();
+            println!(
+                "       | {} zones, target {:.4} m, {} particles, zone error median {median:.3}, 95 % {high:.3}",
+                z.map().len(),
+                z.map().target(),
+                z.particles
+            );
+        }
+        let mut n = 0f64;
+        let (mut sum, mut squares) = (0f64, 0f64);
+        film.for_each(|_, _, p| {
+            n += 1.0;
+            sum += p.mean()[1] as f64;
+            squares += (p.standard_error()[1] as f64).powi(2);
+        });
+        println!("       | picture mean (G) {:.6} ± {:.6}", sum / n, squares.sqrt() / n);
+        let prefix = option("save", "");
+        if !prefix.is_empty() {
+            hemilux_image::write(format!("{prefix}-{name}.exr"), &image)?;
+            let exposure = tone::Exposure::Percentile { percent: 95.0, target: 0.8 };
+            let map = tone::ToneMap { exposure, ..tone::ToneMap::default() };
+            let mut png = Vec::new();
+            hemilux_image::png::encode_rgb8(&map.apply(&image)?, &[], &mut png)?;
+            std::fs::write(format!("{prefix}-{name}.png"), png)?;
+        }
+    }
+    Ok(())
+}
+
+/// A reference and, if they lie beside it, its halves and mask.
+struct References {
+    whole: Image,
+    halves: Option<[Image; 2]>,
+    mask: Option<Image>,
+}
+
+impl References {
+    fn open(path: &Path) -> Result<References, Failure> {
+        let beside = |name: &str| path.with_file_name(name);
+        let named = path.file_name().is_some_and(|n| n == "reference.exr");
+        let halves = match named && beside("reference_a.exr").exists() {
+            true => Some([
+                hemilux_image::read(beside("reference_a.exr"))?,
+                hemilux_image::read(beside("reference_b.exr"))?,
+            ]),
+            false => None,
+        };
+        let mask = match named && beside("valid.png").exists() {
+            true => Some(hemilux_image::read(beside("valid.png"))?),
+            false => None,
+        };
+        Ok(References { whole: hemilux_image::read(path)?, halves, mask })
+    }
+
+    fn compare(&self, image: &Image) -> Result<hemilux_image::metrics::Comparison, Failure> {
+        let halves = self.halves.as_ref().map(|[a, b]| [a, b]);
+        Ok(compare(image, &Reference { image: &self.whole, halves, mask: self.mask.as_ref() })?)
+    }
+}

@@ -1,0 +1,311 @@
+//! The one table: every method on every problem.
+//!
+//! `cargo run --release -p hemiquad --example suite -- [--runs 400] [--only PART] [--full]`
+//!
+//! Relative RMSE at 64, 256, 1024 and 4096 evaluations (a quarter of the runs at 4096), the bias z-score over all runs at 1024,
+//! the coverage of the 95 % interval at 1024, and the worst run at 1024 (relative error). Problems sit at a new random place in
+//! every run. z is "rare" where fewer than 20 runs carry the variance, so that no z-test would mean anything.
+
+use hemiquad::map::Concentric;
+use hemiquad::method::*;
+use hemiquad::suite::{Class, Instance, Problem, problems};
+use hemiquad::{Criterion, Estimate, Key, Workspace};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+const BUDGETS: [u32; 4] = [64, 256, 1024, 4096];
+
+/// One method as the suite runs it: may need features, may be trained beforehand on other samples.
+struct Entry {
+    name: &'static str,
+    biased: bool,
+    needs_features: bool,
+    run: fn(&Instance, u32, Key, &mut Workspace<f64>) -> Estimate<f64>,
+}
+
+fn inflated(i: &Instance) -> Vec<Region> {
+    i.features.iter().map(|r| Region { shape: r.shape.inflated(2.0), ..*r }).collect()
+}
+
+/// A partition trained on eight times as many samples from elsewhere (their cost is not counted), luminaires predicted twice too wide.
+fn trained(i: &Instance, n: u32, key: Key, work: &mut Workspace<f64>) -> Trained {
+    let mut t = Trained::new();
+    t.start(3);
+    let wide = inflated(i);
+    let mut seen = Vec::new();
+    {
+        let mut record = |p: &hemiquad::Probe| {
+            let v = (i.function)(p);
+            seen.push((p.uv, v));
+            v
+        };
+        let _ = Predicted { broad: 0.5, ..Predicted::from_regions(&wide) }.integrate(
+            &mut record,
+            8 * n,
+            key.with(99),
+            work,
+        );
+    }
+    for (uv, v) in seen {
+        t.add(uv, v);
+    }
+    t.refine(n, 4);
+    t.finish(Default::default());
+    t
+}
+
+fn entries() -> Vec<Entry> {
+    macro_rules! plain {
+        ($biased:expr, $m:expr) => {
+            Entry {
+                name: Method::<f64>::name(&$m),
+                biased: $biased,
+                needs_features: false,
+                run: |i, n, k, w| $m.integrate(&mut { i }, n, k, w),
+            }
+        };
+    }
+    macro_rules! known {
+        ($name:expr, $biased:expr, $run:expr) => {
+            Entry { name: $name, biased: $biased, needs_features: true, run: $run }
+        };
+    }
+    vec![
+        plain!(false, Jittered),
+        plain!(false, Sobol),
+        plain!(true, ProductGauss { rule: ProductRule::Square }),
+        plain!(true, ProductGauss { rule: ProductRule::Hemisphere }),
+        known!("DirectIndirect", false, |i, n, k, w| DirectIndirect::new(&i.features).integrate(
+            &mut { i },
+            n,
+            k,
+            w
+        )),
+        known!("WardShadows", true, |i, n, k, w| {
+            let h = History::new(i.features.len());
+            WardShadows { luminaires: &i.features, tolerance: 0.2, history: &h }.integrate(
+                &mut { i },
+                n,
+                k,
+                w,
+            )
+        }),
+        known!("ShirleyWang", false, |i, n, k, w| ShirleyWang::new(&i.features).integrate(
+            &mut { i },
+            n,
+            k,
+            w
+        )),
+        known!("KirkArvo (twice too wide)", false, |i, n, k, w| KirkArvo::new(&inflated(i)).integrate(
+            &mut { i },
+            n,
+            k,
+            w
+        )),
+        plain!(
+            true,
+            PainterSloan { criterion: Criterion::Contrast.into(), parent: hemiquad::partition::Parent::Keep }
+        ),
+        plain!(
+            true,
+            PainterSloan { criterion: Criterion::Contrast.into(), parent: hemiquad::partition::Parent::Drop }
+        ),
+        plain!(
+            true,
+            PainterSloan { criterion: Criterion::Value.into(), parent: hemiquad::partition::Parent::Keep }
+        ),
+        plain!(
+            true,
+            PainterSloan { criterion: Criterion::Value.into(), parent: hemiquad::partition::Parent::Drop }
+        ),
+        plain!(true, Glassner::default()),
+        plain!(true, BeyerLange::default()),
+        plain!(true, DelaunayAdaptive::default()),
+        known!("Enlarged (sure) jittered", true, |i, n, k, w| {
+            // As large as the jittered samples cannot miss.
+            let sure = 2.0 * std::f64::consts::PI / n as f64;
+            let least = i.features.iter().map(|r| r.shape.area()).fold(1.0, f64::min);
+            Enlarged { k: (sure / least).max(1.0), inner: Jittered }.integrate(&mut { i }, n, k, w)
+        }),
+        known!("Shrinking quadtree", true, |i, n, k, w| Shrinking::default().integrate(&mut { i }, n, k, w)),
+        known!("Shrinking Delaunay", true, |i, n, k, w| {
+            Shrinking { on: ShrinkingOn::Delaunay, ..Default::default() }.integrate(&mut { i }, n, k, w)
+        }),
+        plain!(false, TwoStage::blind()),
+        known!("TwoStage", false, |i, n, k, w| TwoStage::default().integrate(&mut { i }, n, k, w)),
+        plain!(false, Sequential::default()),
+        known!("Predicted regions (twice too wide)", false, |i, n, k, w| {
+            Predicted::from_regions(&inflated(i)).integrate(&mut { i }, n, k, w)
+        }),
+        Entry {
+            name: "Predicted partition (trained elsewhere)",
+            biased: false,
+            needs_features: false,
+            run: |i, n, k, w| {
+                let t = trained(i, n, k, w);
+                Predicted::from_partition(&t).integrate(&mut { i }, n, k, w)
+            },
+        },
+        plain!(false, LinearControl::default()),
+        plain!(false, GenzMalik::default()),
+    ]
+}
+
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    rmse: [f64; 4],
+    z: f64,
+    z_valid: bool,
+    cover: f64,
+    asked: f64,
+    worst: f64,
+    unexplored: f64,
+    overspent: bool,
+}
+
+fn measure(e: &Entry, p: &Problem, runs: u64, work: &mut Workspace<f64>) -> Cell {
+    let mut cell = Cell::default();
+    for (b, &n) in BUDGETS.iter().enumerate() {
+        let runs = if n == 4096 { (runs / 4).max(2) } else { runs };
+        let (mut m1, mut m2, mut m4) = (0.0, 0.0, 0.0);
+        for r in 0..runs {
+            let key = Key::new(r).with(n as u64);
+            let i = p.instance(key.with(1));
+            let est = (e.run)(&i, n, key.with(2), work);
+            let d = (est.value - i.exact) / i.exact;
+            m1 += d;
+            m2 += d * d;
+            m4 += d * d * d * d;
+            if est.evaluations.total() as f64 > 1.1 * n as f64 + 8.0 {
+                cell.overspent = true;
+            }
+            if n == 1024 {
+                cell.worst = cell.worst.max(d.abs());
+                cell.unexplored = cell.unexplored.max(est.unexplored);
+                if let Some(h) = est.half_width_95() {
+                    cell.asked += 1.0;
+                    // Rounding is allowed for: a constant is integrated to the last digits with no spread at all.
+                    cell.cover += (((est.value - i.exact).abs() <= h + 1e-12 * i.exact.abs()) as u32) as f64;
+                }
+            }
+        }
+        let n_runs = runs as f64;
+        cell.rmse[b] = (m2 / n_runs).sqrt();
+        if n == 1024 {
+            let mean = m1 / n_runs;
+            let sd = ((m2 / n_runs - mean * mean).max(0.0) / n_runs).sqrt();
+            cell.z = if cell.rmse[b] < 1e-12 { 0.0 } else { mean / sd };
+            cell.z_valid = m2 * m2 >= 20.0 * m4 || cell.rmse[b] < 1e-12;
+        }
+    }
+    cell
+}
+
+fn main() {
+    let args: Vec<String> = std::env::args().collect();
+    let value = |flag: &str| args.iter().position(|a| a == flag).and_then(|i| args.get(i + 1)).cloned();
+    let runs: u64 = value("--runs").and_then(|v| v.parse().ok()).unwrap_or(400);
+    let only = value("--only");
+    let full = args.iter().any(|a| a == "--full");
+    let threads: usize = value("--threads").and_then(|v| v.parse().ok()).unwrap_or(2);
+    let entries: Vec<Entry> =
+        entries().into_iter().filter(|e| only.as_ref().is_none_or(|o| e.name.contains(o.as_str()))).collect();
+    let problems = problems();
+    let jobs: Vec<(usize, usize)> =
+        (0..problems.len()).flat_map(|p| (0..entries.len()).map(move |e| (p, e))).collect();
+    let next = AtomicUsize::new(0);
+    let cells: Mutex<Vec<Option<Cell>>> = Mutex::new(vec![None; jobs.len()]);
+    std::thread::scope(|s| {
+        for _ in 0..threads.max(1) {
+            s.spawn(|| {
+                let mut work = Workspace::new();
+                loop {
+                    let j = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(&(p, e)) = jobs.get(j) else { break };
+                    if entries[e].needs_features && problems[p].instance(Key::new(0)).features.is_empty() {
+                        continue;
+                    }
+                    let cell = measure(&entries[e], &problems[p], runs, &mut work);
+                    if let Ok(mut all) = cells.lock() {
+                        all[j] = Some(cell);
+                    }
+                }
+            });
+        }
+    });
+    let cells = cells.into_inner().unwrap_or_default();
+    let get = |p: usize, e: usize| cells[p * entries.len() + e];
+    let percent =
+        |x: f64| if x >= 0.1 { format!("{:.0} %", 100.0 * x) } else { format!("{:.2} %", 100.0 * x) };
+    println!("## Per method, pooled ({runs} runs per problem)\n");
+    println!(
+        "Median over the problems of a class of the relative RMSE at 1024 evaluations; coverage of the 95 % interval at 1024, pooled; problems with |z| > 4 of those where a z-test means something.\n"
+    );
+    println!(
+        "| method | smooth | rough | edge | compact | ragged | coverage | … on compact | \\|z\\| > 4 | biased |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for (e, entry) in entries.iter().enumerate() {
+        let column = |class: Class| {
+            let mut v: Vec<f64> = (0..problems.len())
+                .filter(|p| problems[*p].class == class)
+                .filter_map(|p| get(p, e))
+                .map(|c| c.rmse[2])
+                .collect();
+            v.sort_by(f64::total_cmp);
+            v.get(v.len() / 2).map_or("–".into(), |x| format!("{x:.1e}"))
+        };
+        let cover = |keep: &dyn Fn(Class) -> bool| {
+            let (mut c, mut a) = (0.0, 0.0);
+            for cell in (0..problems.len()).filter(|p| keep(problems[*p].class)).filter_map(|p| get(p, e)) {
+                c += cell.cover;
+                a += cell.asked;
+            }
+            if a > 0.0 { format!("{:.1} %", 100.0 * c / a) } else { "none given".into() }
+        };
+        let tested: Vec<Cell> = (0..problems.len()).filter_map(|p| get(p, e)).filter(|c| c.z_valid).collect();
+        let bad = tested.iter().filter(|c| c.z.abs() > 4.0).count();
+        println!(
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {bad} of {} | {} |",
+            entry.name,
+            column(Class::Smooth),
+            column(Class::Rough),
+            column(Class::Edge),
+            column(Class::Compact),
+            column(Class::Ragged),
+            cover(&|_| true),
+            cover(&|c| c == Class::Compact),
+            tested.len(),
+            if entry.biased { "yes" } else { "no" }
+        );
+    }
+    if !full {
+        return;
+    }
+    println!("\n## Every method on every problem\n");
+    println!(
+        "Relative RMSE at 64, 256, 1024, 4096 evaluations; bias z-score, coverage, worst run and unexplored cap (degrees, largest of the runs) at 1024. \"+\" marks methods that had to exceed the budget.\n"
+    );
+    for (p, problem) in problems.iter().enumerate() {
+        println!("### {} ({})\n", problem.name, problem.class.name());
+        println!("| method | 64 | 256 | 1024 | 4096 | z | coverage | worst | unexplored |");
+        println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+        for (e, entry) in entries.iter().enumerate() {
+            let Some(c) = get(p, e) else { continue };
+            let z = if c.z_valid { format!("{:+.1}", c.z) } else { "rare".into() };
+            let cover = if c.asked > 0.0 { percent(c.cover / c.asked) } else { "–".into() };
+            println!(
+                "| {}{} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {z} | {cover} | {:.1e} | {:.1}° |",
+                entry.name,
+                if c.overspent { " +" } else { "" },
+                c.rmse[0],
+                c.rmse[1],
+                c.rmse[2],
+                c.rmse[3],
+                c.worst,
+                (c.unexplored * Concentric::LARGEST_STRETCH).to_degrees()
+            );
+        }
+        println!();
+    }
+}

@@ -1,0 +1,153 @@
+//! What every method returns: the value, and what is known of its error.
+
+use crate::map::Concentric;
+use crate::value::Value;
+
+/// How many times the integrand was evaluated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Evaluations {
+    /// Evaluations that only shaped the strata; their values are not part of the estimate.
+    pub pilot: u32,
+    /// Evaluations that make the estimate.
+    pub estimate: u32,
+}
+
+impl Evaluations {
+    /// All of them.
+    pub fn total(self) -> u32 {
+        self.pilot + self.estimate
+    }
+}
+
+/// An integral over the unit square with everything that is known of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+pub struct Estimate<V = f64> {
+    /// The integral.
+    pub value: V,
+    /// The standard error, channel by channel; `None` when the method has none, or when nothing but zeros was seen: an
+    /// integral of "0 ± 0" is never claimed.
+    pub std_error: Option<V>,
+    /// Effective degrees of freedom of the standard error: how far to trust it.
+    pub degrees_of_freedom: f64,
+    /// How many evaluations were spent.
+    pub evaluations: Evaluations,
+    /// Radius, in the unit square, of the largest disk that may hold no evaluation of the estimate (an upper bound, from the
+    /// points as they fell). A feature smaller than this can have been missed.
+    pub unexplored: f64,
+    /// Whether the method is biased, in which case the standard error does not tell the whole error.
+    pub biased: bool,
+}
+
+impl<V: Value> Estimate<V> {
+    /// Assembles a result; never lets "0 ± 0" pass.
+    pub(crate) fn new(
+        value: V,
+        std_error: Option<V>,
+        dof: f64,
+        evaluations: Evaluations,
+        unexplored: f64,
+        biased: bool,
+    ) -> Self {
+        let silent = value.largest() == 0.0;
+        Estimate {
+            value,
+            std_error: std_error.filter(|e| !(silent && e.largest() == 0.0)),
+            degrees_of_freedom: dof.max(1.0),
+            evaluations,
+            unexplored,
+            biased,
+        }
+    }
+
+    /// Half-width of the 95 % interval (Student's), channel by channel.
+    pub fn half_width_95(&self) -> Option<V> {
+        self.std_error.map(|e| e.times(student_975(self.degrees_of_freedom)))
+    }
+
+    /// Half-angle, in radians, of the largest cap of directions that may hold no evaluation, when the square stands for the
+    /// hemisphere through [`Concentric`].
+    pub fn unexplored_cap(&self) -> f64 {
+        (self.unexplored * Concentric::LARGEST_STRETCH).min(std::f64::consts::PI)
+    }
+}
+
+/// The 97.5 % point of Student's t (Cornish–Fisher expansion; exact values at 1 and 2 degrees of freedom).
+pub fn student_975(dof: f64) -> f64 {
+    let z: f64 = 1.959_963_984_540_054;
+    let expansion = |n: f64| {
+        let (z2, n2) = (z * z, n * n);
+        z + z * (z2 + 1.0) / (4.0 * n)
+            + z * ((5.0 * z2 + 16.0) * z2 + 3.0) / (96.0 * n2)
+            + z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / (384.0 * n2 * n)
+    };
+    if dof.is_nan() || dof <= 1.0 {
+        12.706
+    } else if dof < 2.0 {
+        // In between, 1/t is close to linear in 1/n.
+        let w = 2.0 - 2.0 / dof;
+        1.0 / ((1.0 - w) / 12.706 + w / 4.303)
+    } else if dof < 3.0 {
+        let w = (1.0 / 2.0 - 1.0 / dof) * 6.0;
+        1.0 / ((1.0 - w) / 4.303 + w / 3.182)
+    } else if dof.is_infinite() {
+        z
+    } else {
+        expansion(dof)
+    }
+}
+
+/// Sums pairs: two independent points in every stratum give the mean and an unbiased estimate of its variance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pairs<V> {
+    pub sum: V,
+    variance: V,
+    /// Sum, and sum of squares, of the strata's variances of the driving scalar: for the degrees of freedom.
+    drive: f64,
+    drive2: f64,
+}
+
+impl<V: Value> Pairs<V> {
+    pub fn new() -> Self {
+        Pairs { sum: V::default(), variance: V::default(), drive: 0.0, drive2: 0.0 }
+    }
+
+    /// Two values of one stratum, each already scaled to stand for the whole stratum.
+    #[inline]
+    pub fn add(&mut self, a: V, b: V) {
+        self.sum = self.sum.plus(a.zip(b, |a, b| 0.5 * (a + b)));
+        let v = a.zip(b, |a, b| 0.25 * (a - b) * (a - b));
+        self.variance = self.variance.plus(v);
+        let d = 0.25 * (a.drive() - b.drive()) * (a.drive() - b.drive());
+        self.drive += d;
+        self.drive2 += d * d;
+    }
+
+    /// Another independent sum.
+    pub fn join(&mut self, other: &Self, weight: f64) {
+        self.sum = self.sum.plus(other.sum.times(weight));
+        let w2 = weight * weight;
+        self.variance = self.variance.plus(other.variance.times(w2));
+        self.drive += w2 * other.drive;
+        self.drive2 += w2 * w2 * other.drive2;
+    }
+
+    /// A quantity known exactly.
+    pub fn add_exact(&mut self, v: V) {
+        self.sum = self.sum.plus(v);
+    }
+
+    pub fn std_error(&self) -> V {
+        self.variance.each(f64::sqrt)
+    }
+
+    /// Satterthwaite's degrees of freedom of a sum of variances with one degree each; the squares of such variances are
+    /// three times too large on average, which is taken out.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        if self.drive2 > 0.0 {
+            (3.0 * self.drive * self.drive / self.drive2 - 2.0).max(1.0)
+        } else {
+            f64::INFINITY
+        }
+    }
+}

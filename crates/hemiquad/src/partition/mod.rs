@@ -1,0 +1,79 @@
+//! Ways to cut the unit square into cells that carry samples (report, section 3.2 and figure 3).
+//!
+//! | partition | cell | samples per cell | splitting |
+//! | --- | --- | --- | --- |
+//! | [`Grid`] | rectangle | 1 | never |
+//! | [`QuadTree`] | square | 1 | into four |
+//! | [`Voronoi`] | Voronoi cell of a sample, clipped to the square | 1 | a sample is added inside |
+//! | [`Delaunay`] | triangle | 3 | a sample is added inside |
+//! | [`Triangles`] | spherical triangle | 3 | the longest edge is halved |
+//! | [`Regions`](crate::Shape) | given from outside | any | never |
+//!
+//! Samples keep their index for ever; cells come and go. Everything keeps its memory between calls.
+
+#[cfg(feature = "delaunay")]
+mod delaunay;
+mod grid;
+mod quadtree;
+mod triangles;
+#[cfg(feature = "delaunay")]
+mod voronoi;
+
+#[cfg(feature = "delaunay")]
+pub use delaunay::Delaunay;
+pub use grid::Grid;
+pub use quadtree::{Cell, Parent, QuadTree};
+pub use triangles::Triangles;
+#[cfg(feature = "delaunay")]
+pub use voronoi::Voronoi;
+
+use crate::map::Uv;
+use crate::points::Key;
+
+/// A few cell numbers, without memory of its own.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Few {
+    items: [u32; 16],
+    len: usize,
+}
+
+impl Few {
+    /// Adds a number unless it is there already or there is no more room.
+    #[inline]
+    pub fn push(&mut self, x: u32) {
+        if self.len < self.items.len() && !self.as_slice().contains(&x) {
+            self.items[self.len] = x;
+            self.len += 1;
+        }
+    }
+
+    /// The numbers.
+    #[inline]
+    pub fn as_slice(&self) -> &[u32] {
+        &self.items[..self.len]
+    }
+}
+
+/// A partition of the unit square that can be refined where a criterion asks for it.
+pub trait Partition {
+    /// Starts again with about `n` cells, keeping the memory; new samples are appended to [`Partition::points`].
+    fn seed(&mut self, n: u32, key: Key);
+    /// Splits a cell; returns false when it cannot be split. New samples are appended to [`Partition::points`].
+    fn split(&mut self, cell: u32, key: Key) -> bool;
+    /// All samples so far, in the order of their making. Samples that no cell refers to any more have lost their weight.
+    fn points(&self) -> &[Uv<f64>];
+    /// One more than the largest number of a cell.
+    fn cells(&self) -> u32;
+    /// Whether this number is a cell at present.
+    fn is_cell(&self, cell: u32) -> bool;
+    /// The area of a cell. All areas sum to one.
+    fn area(&self, cell: u32) -> f64;
+    /// The samples that speak for a cell; its integral is its area times their mean.
+    fn members(&self, cell: u32) -> Few;
+    /// Cells that touch this one along an edge (at most 16 of them).
+    fn neighbours(&self, cell: u32) -> Few;
+    /// The cells made or changed by the last call of `seed` or `split`.
+    fn touched(&self) -> &[u32];
+    /// Upper bound of the number of samples that one split adds.
+    fn samples_per_split(&self) -> u32;
+}
