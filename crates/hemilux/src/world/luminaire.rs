@@ -444,8 +444,11 @@ impl Luminaires {
         // A little wider than the ball, so that rounding does not cut its rim.
         let radius = radius * 1.0001;
         let origin = centre + (frame.s * x + frame.t * y) * radius - dir * (radius * 1.001);
-        let radiance =
-            self.skies[sky].radiance(scene, centre + (frame.s * x + frame.t * y) * radius, towards);
+        let radiance = {
+            // Seen from behind the scene: a portal anywhere on the way counts.
+            let end = centre + (frame.s * x + frame.t * y) * radius + dir * radius;
+            self.skies[sky].radiance(scene, end, towards)
+        };
         let flux = radiance * (PI * radius * radius / (pdf * self.items[i].pick));
         (pdf > 0.0).then_some(EmittedParticle { origin, dir, flux, luminaire: i as u32 })
     }
