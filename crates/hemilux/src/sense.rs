@@ -134,7 +134,7 @@ impl<'a> Sense<'a> {
             let affordable = left / last.as_secs_f64().max(1e-6);
             let timed = matches!(self.options.goal, Goal::Time(_));
             // A last stage must be worth more than what there is.
-            let grow = wanted.max(1.0).min(GROWTH).min(affordable * 0.95);
+            let grow = wanted.clamp(1.0, GROWTH).min(affordable * 0.95);
             if affordable < wanted.max(1.0) && grow < 2.0 {
                 return Reading { met: timed, ..reading };
             }
@@ -149,9 +149,9 @@ impl<'a> Sense<'a> {
         let mut mean = [0f64; 3];
         let mut scalars = [0f64; GROUPS];
         for (g, scalar) in groups.iter().zip(&mut scalars) {
-            for c in 0..3 {
-                mean[c] += g.mean[c] / GROUPS as f64;
-                *scalar += self.options.weights[c] * g.mean[c];
+            for ((mean, part), weight) in mean.iter_mut().zip(g.mean).zip(self.options.weights) {
+                *mean += part / GROUPS as f64;
+                *scalar += weight * part;
             }
         }
         let scalar = scalars.iter().sum::<f64>() / GROUPS as f64;

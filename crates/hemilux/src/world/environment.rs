@@ -151,7 +151,7 @@ fn through_portal(corners: &[Vec3; 4], from: Vec3, dir: Vec3) -> bool {
     let n = e1.cross(e2);
     let facing = n.dot(dir);
     let t = n.dot(a - from) / facing;
-    if facing == 0.0 || !(t > 0.0) {
+    if facing == 0.0 || t.is_nan() || t <= 0.0 {
         return false;
     }
     let p = from + dir * t - a;
