@@ -39,12 +39,13 @@ def arguments():
     p.add_argument("--spp", type=int, default=256, help="Mitsuba's samples per pixel, all batches together")
     p.add_argument("--ours-spp", type=int, default=256)
     p.add_argument("--batches", type=int, default=16)
+    p.add_argument("--seed", type=int, default=1, help="other seeds on both sides; runs are independent")
     p.add_argument("--variant", default="llvm_ad_rgb")
     p.add_argument("--ours", nargs="*", default=[], help="EXR files of independent batches")
     p.add_argument("--example", help="the built example equal_time: renders our batches")
     p.add_argument("--image", action="append", default=[], help="an image to compare as well (no standard error)")
-    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
-                   help="distribution=..., specular_reflectance=... of every conductor")
+    p.add_argument("--set", nargs="*", default=[], metavar="KEY=VALUE",
+                   help="distribution=ggx|beckmann, masking=correlated|separable, specular_reflectance=NUMBER")
     p.add_argument("--cache", help="folder to keep Mitsuba's batches in (.npy), reused if there")
     p.add_argument("--json", help="append one line of figures to this file")
     return p.parse_args()
@@ -69,7 +70,7 @@ def load(path, size=None):
 def mitsuba_batches(args, reader, width, height, depth):
     """Array (batch, y, x, channel)."""
     stem = os.path.splitext(os.path.abspath(args.scene))[0].replace(os.sep, "_")[-40:]
-    key = f"{stem}_{width}x{height}_{depth}_{args.spp}_{args.batches}_{'_'.join(args.set)}.npy"
+    key = f"{stem}_{width}x{height}_{depth}_{args.spp}_{args.batches}_{args.seed}_{'_'.join(args.set)}.npy"
     if args.cache and os.path.exists(os.path.join(args.cache, key)):
         return np.load(os.path.join(args.cache, key)).astype(np.float64)
     scene = mi.load_dict(reader.dictionary(width, height))
@@ -81,7 +82,7 @@ def mitsuba_batches(args, reader, width, height, depth):
         total, done = 0, 0
         while done < spp:
             n = min(most, spp - done)
-            total = total + n * np.array(mi.render(scene, integrator=integrator, spp=n, seed=1000 + seed)).astype(float)
+            total = total + n * np.array(mi.render(scene, integrator=integrator, spp=n, seed=1_000_000 * args.seed + seed)).astype(float)
             done, seed = done + n, seed + 1
         batches.append(total / done)
     print(f"mitsuba {args.variant}: {spp * args.batches} spp in {time.time() - start:.1f} s", flush=True)
@@ -117,7 +118,7 @@ def our_batches(args, width, height, depth, like):
         start = time.time()
         for k in range(args.batches):
             command = [args.example, scene, stand_in, "modes=path", f"spp={max(1, args.ours_spp // args.batches)}",
-                       f"size={width}x{height}", f"depth={'none' if depth is None else depth}", f"seed={k + 1}",
+                       f"size={width}x{height}", f"depth={'none' if depth is None else depth}", f"seed={1000 * args.seed + k}",
                        f"save={folder}/b{k}"]
             run = subprocess.run(command, capture_output=True, text=True)
             if run.returncode:
@@ -178,6 +179,7 @@ def main():
     args = arguments()
     mi.set_variant(args.variant)
     mi.set_log_level(mi.LogLevel.Error)
+    import masking  # noqa: F401 (registers a BSDF of the variant that was just set)
     from pbrt_to_mitsuba import Reader
 
     reader = Reader(mi, args.scene, dict(s.split("=", 1) for s in args.set))

@@ -7,6 +7,7 @@ diffuse, conductor, dielectric, coateddiffuse (smooth coat); one-sided diffuse a
 Conventions that differ between the two programs:
 - pbrt's camera space is x right, y up, z forward; Mitsuba's is x left. pbrt's field of view spans the shorter side.
 - pbrt's `maxdepth` d counts scatterings, Mitsuba's `max_depth` counts edges: d + 1.
+- pbrt's GGX has height-correlated masking, Mitsuba's is the product of two terms: `masking.py`.
 - pbrt's BSDFs work on both sides: Mitsuba needs `twosided`.
 - A mesh without normals is flat in pbrt; Mitsuba would smooth it: `face_normals`.
 """
@@ -147,7 +148,8 @@ def read_ply(path):
 class Reader:
     """Collects a Mitsuba dictionary while it walks through the directives.
 
-    `overrides` replaces values of every rough conductor ("distribution", "specular_reflectance"): for hypotheses.
+    `overrides` replaces values of every rough conductor, for hypotheses: "distribution" (ggx, beckmann),
+    "specular_reflectance" (a number), "masking" (correlated, or separable: Mitsuba's own).
     """
 
     def __init__(self, mi, path, overrides=None):
@@ -306,6 +308,9 @@ class Reader:
                       "alpha_u": float(alpha[0]), "alpha_v": float(alpha[1])}
         if "specular_reflectance" in self.overrides:
             inner["specular_reflectance"] = rgb([float(self.overrides["specular_reflectance"])] * 3)
+        if max(alpha) > 0 and self.overrides.get("masking", "correlated") == "correlated":
+            inner = {"type": "heightcorrelated", "nested": inner, "normals": inner["distribution"],
+                     "alpha_u": inner["alpha_u"], "alpha_v": inner["alpha_v"]}
         return inner
 
     def dictionary(self, width, height):
