@@ -45,7 +45,7 @@ def arguments():
     p.add_argument("--example", help="the built example equal_time: renders our batches")
     p.add_argument("--image", action="append", default=[], help="an image to compare as well (no standard error)")
     p.add_argument("--set", nargs="*", default=[], metavar="KEY=VALUE",
-                   help="distribution=ggx|beckmann, masking=correlated|separable, specular_reflectance=NUMBER")
+                   help="distribution=ggx|beckmann, masking=correlated|separable, specular_reflectance=NUMBER, luminaires=black")
     p.add_argument("--cache", help="folder to keep Mitsuba's batches in (.npy), reused if there")
     p.add_argument("--json", help="append one line of figures to this file")
     return p.parse_args()

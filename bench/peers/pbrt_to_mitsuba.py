@@ -149,7 +149,8 @@ class Reader:
     """Collects a Mitsuba dictionary while it walks through the directives.
 
     `overrides` replaces values of every rough conductor, for hypotheses: "distribution" (ggx, beckmann),
-    "specular_reflectance" (a number), "masking" (correlated, or separable: Mitsuba's own).
+    "specular_reflectance" (a number), "masking" (correlated, or separable: Mitsuba's own); and "luminaires": black
+    makes luminaires reflect nothing, whatever material the file gives them.
     """
 
     def __init__(self, mi, path, overrides=None):
@@ -234,7 +235,8 @@ class Reader:
             shape = self.mesh(kind, params)
         else:
             raise Unsupported(f"shape {kind}")
-        bsdf = self.bsdf()
+        black = self.light is not None and self.overrides.get("luminaires") == "black"
+        bsdf = {"type": "diffuse", "reflectance": rgb([0.0])} if black else self.bsdf()
         emitter = {} if self.light is None else {"emitter": {"type": "area", "radiance": rgb(self.light)}}
         name = f"shape{sum(k.startswith('shape') for k in self.scene):04}"
         if isinstance(shape, dict):
