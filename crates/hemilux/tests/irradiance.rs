@@ -167,26 +167,18 @@ fn overcast_sky_from_an_image() {
         let radiance = if theta < PI / 2.0 { (1.0 + 2.0 * theta.cos()) / 3.0 } else { 0.0 };
         texels.extend(std::iter::repeat_n(Rgb::splat(radiance as f32), width as usize));
     }
-    for (layout, name) in [(EnvironmentLayout::LatLong, "lat-long")] {
-        let mut scene = empty();
-        scene.images.push(TextureImage {
-            width,
-            height,
-            texels: texels.clone(),
-            alpha: None,
-            path: Default::default(),
-        });
-        scene.environments.push(Environment::Image {
-            image: ImageId(0),
-            scale: Rgb::WHITE,
-            layout,
-            to_world: DAffine3::IDENTITY,
-            portal: None,
-        });
-        let world = World::new(scene);
-        let up = path_irradiance(&world, [0.0; 3], [0.0, 0.0, 1.0], 4000);
-        assert_is(&format!("overcast, horizontal, {name}"), up, 2.443460953, PI);
-        let side = path_irradiance(&world, [0.0; 3], [1.0, 0.0, 0.0], 8000);
-        assert_is(&format!("overcast, vertical, {name}"), side, 0.968043220, 0.968043220 * 1.03);
-    }
+    let mut scene = empty();
+    scene.images.push(TextureImage { width, height, texels, alpha: None, path: Default::default() });
+    scene.environments.push(Environment::Image {
+        image: ImageId(0),
+        scale: Rgb::WHITE,
+        layout: EnvironmentLayout::LatLong,
+        to_world: DAffine3::IDENTITY,
+        portal: None,
+    });
+    let world = World::new(scene);
+    let up = path_irradiance(&world, [0.0; 3], [0.0, 0.0, 1.0], 4000);
+    assert_is("overcast, horizontal", up, 2.443460953, PI);
+    let side = path_irradiance(&world, [0.0; 3], [1.0, 0.0, 0.0], 8000);
+    assert_is("overcast, vertical", side, 0.968043220, 0.968043220 * 1.03);
 }

@@ -19,8 +19,10 @@ fn options(goal: Goal, seed: u64) -> SenseOptions {
     }
 }
 
-/// Worlds with a sensor and its true irradiance.
-fn cases() -> Vec<(&'static str, World, [f32; 3], [f32; 3], f64)> {
+/// Name, world, sensor position and normal, true irradiance.
+type Case = (&'static str, World, [f32; 3], [f32; 3], f64);
+
+fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     let square = |tilt: [f32; 3], truth: f64, name| {
         let mut scene = empty();
