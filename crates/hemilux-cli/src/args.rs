@@ -29,6 +29,9 @@ An argument @FILE stands for the words in that file.
 Exit codes: 0 done, 1 the scene or input is wrong, 2 the command line is, 3 files or memory,
 4 stopped before the target, 5 over the tolerance, 130 interrupted (what there was is written).")]
 pub struct Cli {
+    /// Print every option of a command with its default, fit to be edited and read back as @FILE
+    #[arg(long, global = true)]
+    pub defaults: bool,
     /// What to do.
     #[command(subcommand)]
     pub verb: Verb,
@@ -109,7 +112,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "MODE", default_value = "zonal", value_parser = named(&Mode::ALL))]
     pub mode: Mode,
     /// How the strata of a gather are chosen: jittered, sobol
-    #[arg(long, value_name = "NAME", default_value = "jittered", value_parser = named(&Strategy::ALL))]
+    #[arg(long, value_name = "NAME", default_value = name_of(&Strategy::ALL, Strategy::default()), value_parser = named(&Strategy::ALL))]
     pub strategy: Strategy,
     /// Picture size instead of the scene's
     #[arg(long, value_name = "WxH")]
@@ -150,6 +153,11 @@ pub struct RenderArgs {
     /// How to talk.
     #[command(flatten)]
     pub talk: Talk,
+}
+
+/// The name of a value in one of the library's lists.
+pub fn name_of<T: PartialEq>(list: &[(&'static str, T)], value: T) -> &'static str {
+    list.iter().find(|n| n.1 == value).map_or("", |n| n.0)
 }
 
 /// Clap's parser of a name from one of the library's lists.

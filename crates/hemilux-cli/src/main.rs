@@ -6,6 +6,7 @@
 
 mod args;
 mod completions;
+mod defaults;
 mod failure;
 mod finish;
 mod image;
@@ -37,6 +38,9 @@ fn main() -> ExitCode {
         Ok(typed) => typed,
         Err(failure) => return failure.end(&Talk::default()),
     };
+    if let Some(list) = defaults::asked(&typed) {
+        return talk::data(&list).map_or_else(|f| f.end(&Talk::default()), |()| ExitCode::SUCCESS);
+    }
     let cli = match Cli::try_parse_from(typed) {
         Ok(cli) => cli,
         Err(message) => {

@@ -14,6 +14,8 @@ fn render_writes_every_format_with_its_header() {
     let run = b.run(&[
         "render",
         "room.pbrt",
+        "--strategy",
+        "jittered",
         "--spp",
         "2",
         "-o",
@@ -40,7 +42,7 @@ fn render_writes_every_format_with_its_header() {
         ("seed", "0"),
         ("samples_per_pixel", "2"),
         ("strategy", "jittered"),
-        ("command", "hemilux render room.pbrt --spp 2"),
+        ("command", "hemilux render room.pbrt --strategy jittered"),
     ] {
         let value = exr.metadata_value(key).unwrap_or_default();
         assert!(value.starts_with(wanted), "{key}: {value}");
@@ -493,6 +495,20 @@ fn help_version_completions() {
     for verb in ["render", "zones"] {
         assert!(b.run(&[verb, "--help"]).out.contains("Examples:"));
     }
+}
+
+#[test]
+fn defaults_can_be_read_back() {
+    let b = Bench::new();
+    let list = b.run(&["render", "--defaults"]);
+    assert_eq!((list.code, list.err.as_str()), (0, ""));
+    for line in ["--gather-rays 16", "--mode zonal", "# --spp N", "# --lenient"] {
+        assert!(list.out.lines().any(|l| l.starts_with(line)), "{line} is not in {}", list.out);
+    }
+    b.write("words", &list.out.replace("--mode zonal", "--mode path"));
+    let run = b.run(&["render", "room.pbrt", "@words", "--spp", "1", "-o", "a.exr"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert_eq!(b.image("a.exr").metadata_value("mode"), Some("path (unbiased)"));
 }
 
 #[test]
