@@ -81,8 +81,14 @@ struct Seen {
     inside: [f64; 4],
     n_inside: usize,
     around: [f64; 16],
+    around_area: [f64; 16],
     n_around: usize,
     at: crate::map::Uv<f64>,
+}
+
+/// Whether a criterion depends on the neighbours of a cell.
+fn looks_around(plan: &Plan<'_>) -> bool {
+    matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation | Criterion::Unresolved)
 }
 
 fn mean_drive<P: Partition>(p: &P, drives: &[f64], cell: u32) -> f64 {
@@ -92,8 +98,14 @@ fn mean_drive<P: Partition>(p: &P, drives: &[f64], cell: u32) -> f64 {
 
 #[inline]
 fn look<P: Partition>(p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) -> Seen {
-    let mut seen =
-        Seen { inside: [0.0; 4], n_inside: 0, around: [0.0; 16], n_around: 0, at: crate::map::Uv::default() };
+    let mut seen = Seen {
+        inside: [0.0; 4],
+        n_inside: 0,
+        around: [0.0; 16],
+        around_area: [0.0; 16],
+        n_around: 0,
+        at: crate::map::Uv::default(),
+    };
     for &i in p.members(cell).as_slice().iter().take(4) {
         seen.inside[seen.n_inside] = drives[i as usize];
         seen.n_inside += 1;
@@ -101,6 +113,7 @@ fn look<P: Partition>(p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) -> S
     }
     for &n in neighbours {
         seen.around[seen.n_around] = mean_drive(p, drives, n);
+        seen.around_area[seen.n_around] = p.area(n);
         seen.n_around += 1;
     }
     seen
@@ -147,7 +160,8 @@ impl<V: Value> Refine<V> {
             self.priority.resize(cells, 0.0);
             self.variance.resize(cells, 0.0);
         }
-        let by_contrast = matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation);
+        let by_contrast = looks_around(plan);
+        let by_side = matches!(plan.criterion.criterion, Criterion::Unresolved);
         for &cell in p.touched() {
             let neighbours = p.neighbours(cell);
             let priority = self.rank_one(p, plan, cell, neighbours.as_slice());
@@ -155,7 +169,9 @@ impl<V: Value> Refine<V> {
             if by_contrast {
                 let mine = mean_drive(p, &self.drives, cell);
                 for &n in neighbours.as_slice() {
-                    let lifted = 0.5 * (mine - mean_drive(p, &self.drives, n)).abs() * p.area(n);
+                    let area = p.area(n);
+                    let scale = if by_side { area * area.sqrt() } else { area };
+                    let lifted = 0.5 * (mine - mean_drive(p, &self.drives, n)).abs() * scale;
                     if lifted > self.priority[n as usize] {
                         let more = p.neighbours(n);
                         let priority = self.rank_one(p, plan, n, more.as_slice());
@@ -172,6 +188,7 @@ impl<V: Value> Refine<V> {
             area: p.area(cell),
             inside: &seen.inside[..seen.n_inside],
             around: &seen.around[..seen.n_around],
+            around_area: &seen.around_area[..seen.n_around],
             at: seen.at,
         };
         let priority = plan.criterion.priority(&view);
@@ -221,7 +238,7 @@ pub(crate) fn refine_with<P: Partition, V: Value>(
             continue;
         }
         // The refinement of a neighbour may have made this cell less urgent: put it back in its place.
-        if matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation) {
+        if looks_around(plan) {
             let neighbours = partition.neighbours(cell);
             let now = state.rank_one(partition, plan, cell, neighbours.as_slice());
             if now < priority && state.heap.peek().is_some_and(|top| top.priority > now) {

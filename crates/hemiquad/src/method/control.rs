@@ -34,7 +34,7 @@ impl<V: Value> Plane<V> {
 #[derive(Debug, Default)]
 pub(crate) struct Models<V> {
     planes: Vec<Plane<V>>,
-    pub seen: Vec<(Uv<f64>, f64)>,
+    pub seen: Vec<(Uv<f64>, V)>,
 }
 
 /// Linear control variates over a trained quadtree.
@@ -84,7 +84,7 @@ impl<V: Value> Method<V> for LinearControl {
             }
             evaluate(f, &probes[..m as usize], values);
             for k in 0..m as usize {
-                trained.add(probes[k].uv, values[first as usize + k].drive());
+                trained.add(probes[k].uv, values[first as usize + k]);
             }
             first += m;
         }
@@ -126,7 +126,7 @@ impl<V: Value> Method<V> for LinearControl {
 }
 
 /// The least-squares plane of a leaf's samples, or their mean where a plane explains no more than chance would.
-fn fit<V: Value>(trained: &Trained, leaf: u32, values: &[V]) -> Plane<V> {
+fn fit<V: Value>(trained: &Trained<V>, leaf: u32, values: &[V]) -> Plane<V> {
     let cell = trained.tree().cell(leaf);
     let centre = cell.at(Uv::new(0.5, 0.5));
     let (mut n, mut x, mut y, mut mean) = (0.0, 0.0, 0.0, V::default());

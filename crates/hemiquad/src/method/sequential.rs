@@ -9,7 +9,8 @@ use crate::integrand::Integrand;
 use crate::points::Key;
 use crate::value::Value;
 
-/// Sequential passes of growing size: no sample is thrown away, and nothing is biased.
+/// Sequential passes of growing size: no sample is thrown away, and nothing is biased. What earlier passes saw in a leaf serves
+/// as a constant control variate.
 ///
 /// Pass k of K takes a share k / (1 + … + K) of the samples, and its mean enters with weight ∝ k²: later passes know more.
 /// Weights by estimated variances would be better on paper and are *biased*: they favour the passes that saw too little.
@@ -62,14 +63,15 @@ impl<V: Value> Method<V> for Sequential {
             let (tree, density) = (trained.tree(), trained.density());
             let place = |t: f64| density.place(tree, t, &mut cursor);
             let post = |v: V, p: &Placed| {
-                seen.push((p.uv, v.drive()));
-                v
+                seen.push((p.uv, v));
+                v.minus(trained.level(p.cell))
             };
+            pass.add_exact(trained.integral());
             spent += work.draw.pairs(f, strata, key.with(k as u64), place, post, &mut pass);
             sum.join(&pass, (k * k) as f64 / squares);
             if k < passes {
-                for (uv, drive) in &seen {
-                    trained.add(*uv, *drive);
+                for (uv, value) in &seen {
+                    trained.add(*uv, *value);
                 }
                 trained.refine((budget / 4).max(4), 4);
                 trained.finish(self.allocation);
