@@ -32,7 +32,8 @@ fn inflated(i: &Instance, key: Key) -> Vec<Region> {
         .collect()
 }
 
-/// A partition trained on eight times as many samples from elsewhere (their cost is not counted), luminaires predicted twice too wide.
+/// A partition trained on eight times as many samples from elsewhere (their cost is not counted): half of them half broad and
+/// half over luminaires predicted twice too wide, the others where the first ones led.
 fn trained(i: &Instance, n: u32, key: Key, work: &mut Workspace<f64>) -> Trained<f64> {
     let mut t = Trained::new();
     t.start(3);
@@ -56,6 +57,9 @@ fn trained(i: &Instance, n: u32, key: Key, work: &mut Workspace<f64>) -> Trained
     }
     t.refine(n, 4);
     t.finish(Default::default());
+    for round in 0..2 {
+        t.learn(&mut { i }, 2 * n, 2 * n, key.with(100 + round), Default::default());
+    }
     t
 }
 

@@ -70,7 +70,7 @@ pub enum Criterion<'a> {
     Contrast,
     /// How much it contributes: its mean value. For ragged features: sample where it is bright.
     Value,
-    /// The predicted deviation: root of the mean square contrast, with a share of the value for what the samples cannot show.
+    /// The predicted deviation: root of the mean square contrast.
     Deviation,
     /// For enlarged luminaires: contrast × the side of the cell, an eighth of it for the darker side. A feature of flux F hidden
     /// somewhere in a cell of area a causes a deviation ∝ F √a, whatever its true size; bright cells go first, because most
@@ -120,7 +120,7 @@ impl Weighted<'_> {
         let raw = match self.criterion {
             Criterion::Contrast => cell.contrast(),
             Criterion::Value => cell.mean().abs(),
-            Criterion::Deviation => (cell.variance() + 0.01 * cell.mean() * cell.mean()).sqrt(),
+            Criterion::Deviation => cell.variance().sqrt(),
             Criterion::Unresolved => cell.unresolved() * cell.area.sqrt(),
             Criterion::User(f) => f(cell),
         };

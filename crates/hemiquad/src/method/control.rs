@@ -70,9 +70,9 @@ impl<V: Value> Method<V> for LinearControl {
     ) -> Estimate<V> {
         let side = ((budget as f64 * self.pilot.clamp(0.01, 0.95)) as u32).max(1).isqrt();
         let pilot = side * side;
-        let mut trained = std::mem::take(&mut work.trained);
+        let Workspace { trained, control, draw, refine, .. } = work;
         trained.start(0);
-        let values = &mut work.refine.values;
+        let values = &mut refine.values;
         values.clear();
         let mut probes = [Probe::default(); 64];
         let mut first = 0;
@@ -89,12 +89,12 @@ impl<V: Value> Method<V> for LinearControl {
             first += m;
         }
         trained.refine((pilot / 4).max(1), PER_SPLIT);
-        let planes = &mut work.control.planes;
+        let planes = &mut control.planes;
         planes.clear();
         planes.resize(trained.tree().node_count() as usize, Plane::default());
         let mut exact = V::default();
         for leaf in trained.tree().leaves() {
-            let plane = fit(&trained, leaf, values);
+            let plane = fit(trained, leaf, values);
             exact = exact.plus(plane.value.times(trained.tree().area(leaf)));
             planes[leaf as usize] = plane;
         }
@@ -108,11 +108,10 @@ impl<V: Value> Method<V> for LinearControl {
         let mut cursor = 0;
         let place = |t: f64| density.place(tree, t, &mut cursor);
         let post = |v: V, p: &Placed| v.minus(planes[p.cell as usize].at(p.uv));
-        work.draw.start();
+        draw.start();
         let strata = (budget.saturating_sub(pilot) / 2).max(1);
-        let estimate = work.draw.pairs(f, strata, key.with(2), place, post, &mut pairs);
-        work.trained = trained;
-        let unexplored = work.draw.unexplored();
+        let estimate = draw.pairs(f, strata, key.with(2), place, post, &mut pairs);
+        let unexplored = draw.unexplored();
         let evaluations = Evaluations { pilot, estimate };
         Estimate::new(
             pairs.sum,

@@ -2,15 +2,17 @@
 
 use super::draw::LeafDensity;
 use crate::allocation::Allocation;
+use crate::integrand::{Integrand, Probe, Stage};
 use crate::map::Uv;
 use crate::partition::{Partition, QuadTree};
+use crate::points::Key;
 use crate::value::Value;
 use std::collections::BinaryHeap;
 
 const NONE: u32 = u32::MAX;
 
 /// A leaf is restless when its range × area is above this part of the largest.
-const RESTLESS: f64 = 0.01;
+const RESTLESS: f64 = 1e-4;
 
 #[derive(Clone, Copy, Debug)]
 struct Sample<V> {
@@ -116,8 +118,7 @@ impl<V: Value> Trained<V> {
             high = s.drive.max(high);
             dark = s.drive.abs().min(dark);
         }
-        // One sample's worth of doubt: a relative deviation of a half.
-        let variance = (m2 + 0.25 * mean * mean) / n.max(1.0);
+        let variance = m2 / (n - 1.0).max(1.0);
         let low_value = if n > 0.0 { dark } else { 0.0 };
         Stats { n, mean, variance, range: (high - low).max(0.0), low: low_value, donor: 0 }
     }
@@ -165,7 +166,10 @@ impl<V: Value> Trained<V> {
         for c in child..child + 4 {
             let own = self.measure(c);
             // Where nothing fell: as dark as the darkest that was seen nearby.
-            let dark = Stats { mean: parent.low, low: parent.low, donor: darkest.0, ..Stats::default() };
+            // The fewer samples the parent had, the more its doubts are also the child's.
+            let variance = parent.variance * 0.75f64.powf(parent.n);
+            let dark =
+                Stats { variance, mean: parent.low, low: parent.low, donor: darkest.0, ..Stats::default() };
             self.stats[c as usize] = if own.n < 1.0 { dark } else { Stats { donor: darkest.0, ..own } };
         }
         Some(child)
@@ -174,7 +178,13 @@ impl<V: Value> Trained<V> {
     /// Splits leaves that are more than twice as wide as a restless neighbour, so that the density has no cliffs where a feature
     /// may reach over: a sample that hits there would weigh too much.
     fn grade(&mut self) {
-        let score = |t: &Self, leaf: u32| t.stats[leaf as usize].range * t.tree.area(leaf);
+        // Values differ inside, or from those next door.
+        let score = |t: &Self, leaf: u32| {
+            let own = t.stats[leaf as usize];
+            let neighbours = t.tree.neighbours(leaf);
+            let differs = |n: &u32| (t.stats[*n as usize].mean - own.mean).abs();
+            neighbours.as_slice().iter().map(differs).fold(own.range, f64::max) * t.tree.area(leaf)
+        };
         let top = self.tree.leaves().map(|l| score(self, l)).fold(0.0, f64::max);
         let mut leaf = 0;
         while leaf < self.tree.node_count() {
@@ -247,7 +257,11 @@ impl<V: Value> Trained<V> {
             // further than the neighbour itself could contribute.
             let area = self.tree.area(leaf);
             let neighbours = self.tree.neighbours(leaf);
-            let reach = |n: &u32| self.spread[*n as usize] * (self.tree.area(*n) / area).min(1.0);
+            let mean = self.stats[leaf as usize].mean;
+            let reach = |n: &u32| {
+                let differs = (self.stats[*n as usize].mean - mean).abs();
+                self.spread[*n as usize].max(differs) * (self.tree.area(*n) / area).min(1.0)
+            };
             let around = neighbours.as_slice().iter().map(reach).fold(0.0, f64::max);
             let doubt = 0.6 + 0.4 / (1.0 + self.stats[leaf as usize].n);
             let spread = self.spread[leaf as usize].max(doubt * around);
@@ -278,6 +292,43 @@ impl<V: Value> Trained<V> {
             self.start(0);
         }
         self.finish_with(allocation, |_, s| s);
+    }
+
+    /// Learns from `samples` evaluations of an integrand, spread by what is known so far; then refines to at most `leaves` leaves
+    /// and makes a new density. Call it again and again: only samples that follow the density resolve what lies below the
+    /// first ones' spacing. The integrand sees [`Stage::Pilot`].
+    pub fn learn(
+        &mut self,
+        f: &mut dyn Integrand<V>,
+        samples: u32,
+        leaves: u32,
+        key: Key,
+        allocation: Allocation,
+    ) {
+        if self.level.is_empty() {
+            self.finish(Allocation::Proportional);
+        }
+        let mut probes = [Probe::default(); 64];
+        let mut values = [V::default(); 64];
+        let (mut done, mut cursor) = (0, 0);
+        while done < samples {
+            let m = (samples - done).min(64) as usize;
+            let mut n = 0;
+            for k in 0..m as u32 {
+                let t = (done + k) as f64 + key.with((done + k) as u64).uniform64(0);
+                if let Some(p) = self.density.place(&self.tree, t / samples as f64, &mut cursor) {
+                    probes[n] = Probe { stage: Stage::Pilot, ..Probe::at(p.uv) };
+                    n += 1;
+                }
+            }
+            f.eval(&probes[..n], &mut values[..n]);
+            for (p, v) in probes[..n].iter().zip(&values) {
+                self.add(p.uv, *v);
+            }
+            done += m as u32;
+        }
+        self.refine(leaves, 4);
+        self.finish(allocation);
     }
 
     /// The partition.

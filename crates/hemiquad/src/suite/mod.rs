@@ -154,9 +154,9 @@ pub fn lamps(lamps: Vec<Lamp>, background: f64) -> Instance {
             match p.size {
                 // As a disk on the square, until even the narrowest image of the cap is wider.
                 Size::AtLeast(r) if r * Concentric::LARGEST_STRETCH > s => {
-                    if lit || (p.uv.u - c.u).hypot(p.uv.v - c.v) <= r {
-                        value += l.flux * l.axis.z / (PI * r * r).max(2.0 * half * half);
-                    }
+                    let lit = lit || (p.uv.u - c.u).hypot(p.uv.v - c.v) <= r;
+                    value +=
+                        f64::from(u8::from(lit)) * l.flux * l.axis.z / (PI * r * r).max(2.0 * half * half);
                 }
                 _ if lit => {
                     let sin = s.min(0.5 * PI).sin();
