@@ -46,10 +46,37 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// What surrounds the scene: sky, sun.
     pub environments: Vec<Environment>,
+    /// How radiometric values become photometric ones.
+    pub photometry: Photometry,
     /// Every file that was read, for `info` and for the scene hash.
     pub files: Vec<PathBuf>,
     /// Hash of the contents of all files that were read (64-bit, stable across machines).
     pub content_hash: u64,
+}
+
+/// From three bands of radiometric values to photometric ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Photometry {
+    /// Luminous efficacy, lm/W.
+    pub efficacy: f64,
+    /// Weights of the bands; they sum to 1.
+    pub weights: [f64; 3],
+    /// Name of the convention.
+    pub name: &'static str,
+}
+
+impl Photometry {
+    /// CIE Y of linear sRGB and 683 lm/W.
+    pub const CIE: Photometry =
+        Photometry { efficacy: 683.0, weights: [0.2126, 0.7152, 0.0722], name: "CIE Y of sRGB, 683 lm/W" };
+    /// Radiance's white light: 179 lm/W and its own weights.
+    pub const RADIANCE: Photometry =
+        Photometry { efficacy: 179.0, weights: [0.265, 0.670, 0.065], name: "Radiance, 179 lm/W" };
+
+    /// The photometric value: lux of W·m⁻², cd·m⁻² of W·sr⁻¹·m⁻².
+    pub fn luminous(&self, value: Rgb) -> f64 {
+        self.efficacy * (0..3).map(|c| self.weights[c] * value[c] as f64).sum::<f64>()
+    }
 }
 
 /// A number or a texture (its first band).
