@@ -87,7 +87,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     let samples = Samples { least: outcome.passes, more: more.is_some() };
     let error = film.relative_error();
     progress.remark(format!(
-        "{} of {}, {} rays",
+        "{} (budget: {}), {} rays",
         samples,
         plan.budget.describe(),
         machine::count(rays as f64)
