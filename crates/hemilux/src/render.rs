@@ -211,19 +211,26 @@ impl<'a> Renderer<'a> {
                 let start = Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0 };
                 walker.field_radiance_from(start, first, sampler, rays)
             }
-            Mode::Zonal | Mode::Zones => self.specular_tree(ray.dir, first, sampler, rays),
+            Mode::Zonal | Mode::Zones => self.specular_tree(ray, first, sampler, rays),
         };
         out
     }
 
     /// Follow mirrors and glass from the camera, both ways at each interface, and gather where they end.
-    fn specular_tree(&self, dir: Vec3, first: Option<Surface>, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
+    fn specular_tree(
+        &self,
+        ray: &CameraRay,
+        first: Option<Surface>,
+        sampler: &mut Sampler,
+        rays: &mut u64,
+    ) -> Rgb {
         let walker = Walker { world: self.world, zones: self.zones, max_depth: u32::MAX };
-        let mut waiting: Vec<(Vec3, Option<Surface>, Rgb, u32)> = vec![(dir, first, Rgb::WHITE, 0)];
+        let mut waiting: Vec<(Vec3, Vec3, Option<Surface>, Rgb, u32)> =
+            vec![(ray.origin, ray.dir, first, Rgb::WHITE, 0)];
         let mut radiance = Rgb::BLACK;
-        while let Some((dir, hit, beta, depth)) = waiting.pop() {
+        while let Some((origin, dir, hit, beta, depth)) = waiting.pop() {
             let Some(s) = hit else {
-                radiance += beta * walker.sky(dir, Arrival::Full);
+                radiance += beta * walker.sky(origin, dir, Arrival::Full);
                 continue;
             };
             radiance += beta * walker.emission(&s, Arrival::Full);
@@ -257,8 +264,9 @@ impl<'a> Renderer<'a> {
                     }
                     if !beta.is_black() && s.is_front(wi) == (branch.wi.z > 0.0) {
                         *rays += 1;
-                        let hit = self.world.closest(s.leave(wi), wi, f32::INFINITY);
-                        waiting.push((wi, hit, beta, depth + 1));
+                        let origin = s.leave(wi);
+                        let hit = self.world.closest(origin, wi, f32::INFINITY);
+                        waiting.push((origin, wi, hit, beta, depth + 1));
                     }
                 }
             }

@@ -91,7 +91,7 @@ impl<'a> Walker<'a> {
         sampler: &mut Sampler,
         rays: &mut u64,
     ) -> Rgb {
-        let Start { mut dir, mut arrival, mut depth, .. } = start;
+        let Start { mut origin, mut dir, mut arrival, mut depth } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
@@ -102,7 +102,7 @@ impl<'a> Walker<'a> {
         loop {
             let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                radiance += beta * chain * self.sky(dir, arrival);
+                radiance += beta * chain * self.sky(origin, dir, arrival);
                 break;
             };
             travelled += s.t;
@@ -155,17 +155,17 @@ impl<'a> Walker<'a> {
             if beta.is_black() || !roulette(&mut beta, depth, sampler) {
                 break;
             }
-            dir = wi;
+            (origin, dir) = (s.leave(wi), wi);
             *rays += 1;
-            hit = self.world.closest(s.leave(wi), wi, f32::INFINITY);
+            hit = self.world.closest(origin, dir, f32::INFINITY);
         }
         radiance
     }
 
-    /// Radiance of the skies along `dir`, weighted.
-    pub(crate) fn sky(&self, dir: Vec3, arrival: Arrival) -> Rgb {
+    /// Radiance of the skies at `origin` along `dir`, weighted.
+    pub(crate) fn sky(&self, origin: Vec3, dir: Vec3, arrival: Arrival) -> Rgb {
         let mut sum = Rgb::BLACK;
-        for (radiance, i) in self.world.luminaires.sky_radiance(&self.world.scene, dir) {
+        for (radiance, i) in self.world.luminaires.sky_radiance(&self.world.scene, origin, dir) {
             if radiance.is_black() {
                 continue;
             }

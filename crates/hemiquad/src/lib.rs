@@ -21,7 +21,7 @@ pub use criterion::{CellView, Criterion, Weighted};
 pub use estimate::{Estimate, Evaluations, student_975};
 pub use integrand::{Batch, Integrand, Probe, Size, Stage, over_directions};
 pub use map::{Dir, Map, Uv};
-pub use method::{Method, Workspace};
+pub use method::{Method, Region, Workspace};
 pub use points::Key;
 pub use real::Real;
 pub use shape::{Shape, turn};

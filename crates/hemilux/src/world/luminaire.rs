@@ -244,13 +244,14 @@ impl Luminaires {
         (i, rest.clamp(0.0, 1.0 - f32::EPSILON))
     }
 
-    /// Radiance of every environment from `dir`, each with its index.
+    /// Radiance of every environment at `from` from `dir`, each with its index.
     pub(crate) fn sky_radiance<'a>(
         &'a self,
         scene: &'a Scene,
+        from: Vec3,
         dir: Vec3,
     ) -> impl Iterator<Item = (Rgb, u32)> + 'a {
-        self.skies.iter().zip(&self.sky_items).map(move |(s, &i)| (s.radiance(scene, dir), i))
+        self.skies.iter().zip(&self.sky_items).map(move |(s, &i)| (s.radiance(scene, from, dir), i))
     }
 
     /// Density per solid angle, pick included, with which [`Luminaires::sample`] from anywhere finds `dir` on sky `i`.
@@ -304,7 +305,7 @@ impl Luminaires {
         let met_by_rays = !item.unseen;
         if let Emitter::Sky(s) = item.emitter {
             let (wi, pdf) = self.skies[s].sample(scene, u);
-            let radiance = self.skies[s].radiance(scene, wi);
+            let radiance = self.skies[s].radiance(scene, from, wi);
             let pdf = pdf * item.pick;
             return (pdf > 0.0 && !radiance.is_black()).then_some(LuminaireSample {
                 wi,
@@ -436,7 +437,6 @@ impl Luminaires {
         u_dir: [f32; 2],
     ) -> Option<EmittedParticle> {
         let (towards, pdf) = self.skies[sky].sample(scene, u_dir);
-        let radiance = self.skies[sky].radiance(scene, towards);
         let dir = -towards;
         let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u_point[0], u_point[1]));
         let frame = Frame::from_normal(dir);
@@ -444,6 +444,11 @@ impl Luminaires {
         // A little wider than the ball, so that rounding does not cut its rim.
         let radius = radius * 1.0001;
         let origin = centre + (frame.s * x + frame.t * y) * radius - dir * (radius * 1.001);
+        let radiance = {
+            // Seen from behind the scene: a portal anywhere on the way counts.
+            let end = centre + (frame.s * x + frame.t * y) * radius + dir * radius;
+            self.skies[sky].radiance(scene, end, towards)
+        };
         let flux = radiance * (PI * radius * radius / (pdf * self.items[i].pick));
         (pdf > 0.0).then_some(EmittedParticle { origin, dir, flux, luminaire: i as u32 })
     }

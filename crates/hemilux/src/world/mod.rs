@@ -73,7 +73,6 @@ pub(crate) struct Placement {
     pub to_world: DAffine3,
     /// Normals go to world by this (inverse transpose).
     pub normal_to_world: glam::DMat3,
-    pub mirrors: bool,
 }
 
 /// The prepared scene.
@@ -112,7 +111,6 @@ impl World {
                 group: instance.object + 1,
                 to_world: instance.to_world,
                 normal_to_world: linear.inverse().transpose(),
-                mirrors: linear.determinant() < 0.0,
             });
         }
         let accel = builder.build();

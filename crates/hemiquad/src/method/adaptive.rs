@@ -7,7 +7,7 @@ use crate::criterion::{CellView, Criterion, Weighted};
 use crate::estimate::{Estimate, Evaluations};
 use crate::gap::Gap;
 use crate::integrand::{Integrand, Probe, Size, Stage};
-use crate::partition::{Parent, Partition};
+use crate::partition::{Few, Parent, Partition};
 use crate::points::Key;
 use crate::value::Value;
 use std::collections::BinaryHeap;
@@ -40,6 +40,7 @@ pub struct Plan<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     priority: f64,
+    area: f64,
     cell: u32,
 }
 
@@ -56,8 +57,9 @@ impl PartialOrd for Entry {
 }
 impl Ord for Entry {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // Of equals the older cell first: ties are then refined breadth-first.
-        self.priority.total_cmp(&other.priority).then(other.cell.cmp(&self.cell))
+        // Of equals the larger cell first, then the older one: where nothing differs the search goes breadth-first.
+        let by_area = || self.area.total_cmp(&other.area);
+        self.priority.total_cmp(&other.priority).then_with(by_area).then(other.cell.cmp(&self.cell))
     }
 }
 
@@ -71,6 +73,8 @@ pub(crate) struct Refine<V> {
     heap: BinaryHeap<Entry>,
     /// Current priority by cell; entries of the heap that differ are stale.
     priority: Vec<f64>,
+    /// The last cell that turned out to differ from this one; the partition may list too few neighbours to show it.
+    instigator: Vec<u32>,
     /// Guess at the variance inside, by cell.
     pub variance: Vec<f64>,
     pub gap: Gap,
@@ -81,8 +85,14 @@ struct Seen {
     inside: [f64; 4],
     n_inside: usize,
     around: [f64; 16],
+    around_area: [f64; 16],
     n_around: usize,
     at: crate::map::Uv<f64>,
+}
+
+/// Whether a criterion depends on the neighbours of a cell.
+fn looks_around(plan: &Plan<'_>) -> bool {
+    matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation | Criterion::Unresolved)
 }
 
 fn mean_drive<P: Partition>(p: &P, drives: &[f64], cell: u32) -> f64 {
@@ -92,8 +102,14 @@ fn mean_drive<P: Partition>(p: &P, drives: &[f64], cell: u32) -> f64 {
 
 #[inline]
 fn look<P: Partition>(p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) -> Seen {
-    let mut seen =
-        Seen { inside: [0.0; 4], n_inside: 0, around: [0.0; 16], n_around: 0, at: crate::map::Uv::default() };
+    let mut seen = Seen {
+        inside: [0.0; 4],
+        n_inside: 0,
+        around: [0.0; 16],
+        around_area: [0.0; 16],
+        n_around: 0,
+        at: crate::map::Uv::default(),
+    };
     for &i in p.members(cell).as_slice().iter().take(4) {
         seen.inside[seen.n_inside] = drives[i as usize];
         seen.n_inside += 1;
@@ -101,6 +117,7 @@ fn look<P: Partition>(p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) -> S
     }
     for &n in neighbours {
         seen.around[seen.n_around] = mean_drive(p, drives, n);
+        seen.around_area[seen.n_around] = p.area(n);
         seen.n_around += 1;
     }
     seen
@@ -146,24 +163,39 @@ impl<V: Value> Refine<V> {
         if self.priority.len() < cells {
             self.priority.resize(cells, 0.0);
             self.variance.resize(cells, 0.0);
+            self.instigator.resize(cells, u32::MAX);
         }
-        let by_contrast = matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation);
+        let by_contrast = looks_around(plan);
+        let by_side = matches!(plan.criterion.criterion, Criterion::Unresolved);
         for &cell in p.touched() {
+            self.instigator[cell as usize] = u32::MAX;
             let neighbours = p.neighbours(cell);
             let priority = self.rank_one(p, plan, cell, neighbours.as_slice());
-            self.heap.push(Entry { priority, cell });
+            self.heap.push(Entry { priority, area: p.area(cell), cell });
             if by_contrast {
                 let mine = mean_drive(p, &self.drives, cell);
                 for &n in neighbours.as_slice() {
-                    let lifted = 0.5 * (mine - mean_drive(p, &self.drives, n)).abs() * p.area(n);
+                    let area = p.area(n);
+                    let scale = if by_side { area * area.sqrt() } else { area };
+                    let lifted = 0.5 * (mine - mean_drive(p, &self.drives, n)).abs() * scale;
                     if lifted > self.priority[n as usize] {
-                        let more = p.neighbours(n);
-                        let priority = self.rank_one(p, plan, n, more.as_slice());
-                        self.heap.push(Entry { priority, cell: n });
+                        self.instigator[n as usize] = cell;
+                        let priority = self.rank_one(p, plan, n, self.around(p, n).as_slice());
+                        self.heap.push(Entry { priority, area, cell: n });
                     }
                 }
             }
         }
+    }
+
+    /// The neighbours of a cell, and whoever lifted it.
+    fn around<P: Partition>(&self, p: &P, cell: u32) -> Few {
+        let mut few = p.neighbours(cell);
+        let other = self.instigator[cell as usize];
+        if other != u32::MAX && p.is_cell(other) {
+            few.push(other);
+        }
+        few
     }
 
     fn rank_one<P: Partition>(&mut self, p: &P, plan: &Plan<'_>, cell: u32, neighbours: &[u32]) -> f64 {
@@ -172,6 +204,7 @@ impl<V: Value> Refine<V> {
             area: p.area(cell),
             inside: &seen.inside[..seen.n_inside],
             around: &seen.around[..seen.n_around],
+            around_area: &seen.around_area[..seen.n_around],
             at: seen.at,
         };
         let priority = plan.criterion.priority(&view);
@@ -211,21 +244,22 @@ pub(crate) fn refine_with<P: Partition, V: Value>(
     state.heap.clear();
     state.priority.clear();
     state.variance.clear();
+    state.instigator.clear();
     partition.seed(plan.initial.min(plan.total).max(1), key.with(1));
     state.evaluate_new(partition, f, plan, 0);
     state.rank(partition, plan);
     let key = key.with(2);
     while partition.points().len() as u32 + partition.samples_per_split() <= plan.total {
-        let Some(Entry { priority, cell }) = state.heap.pop() else { break };
+        let Some(Entry { priority, area, cell }) = state.heap.pop() else { break };
         if !partition.is_cell(cell) || state.priority[cell as usize] != priority {
             continue;
         }
         // The refinement of a neighbour may have made this cell less urgent: put it back in its place.
-        if matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation) {
-            let neighbours = partition.neighbours(cell);
+        if looks_around(plan) {
+            let neighbours = state.around(partition, cell);
             let now = state.rank_one(partition, plan, cell, neighbours.as_slice());
             if now < priority && state.heap.peek().is_some_and(|top| top.priority > now) {
-                state.heap.push(Entry { priority: now, cell });
+                state.heap.push(Entry { priority: now, area, cell });
                 continue;
             }
         }
