@@ -53,6 +53,13 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         talk.warning("the luminaires have no power: the picture will be black");
     }
 
+    if plan.options.mode == Mode::Path && args.zones.is_some() {
+        talk.warning("--zones is not used in mode path");
+    }
+    if plan.options.mode != Mode::Path && args.max_depth.is_some() {
+        talk.warning("--max-depth is only used in mode path");
+    }
+
     interrupt.arm();
     let zones = match plan.options.mode {
         Mode::Path => None,
@@ -87,7 +94,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     let samples = Samples { least: outcome.passes, more: more.is_some() };
     let error = film.relative_error();
     progress.remark(format!(
-        "{} of {}, {} rays",
+        "{} (budget: {}), {} rays",
         samples,
         plan.budget.describe(),
         machine::count(rays as f64)

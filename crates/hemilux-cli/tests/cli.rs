@@ -110,6 +110,9 @@ fn zones_are_written_read_back_and_recognised() {
     let viewed = render(&["-o", "view.exr", "--zones", "room.hlxz", "--view", "view.pbrt"]);
     assert_eq!(viewed.code, 0, "{}", viewed.err);
     assert_ne!(pixels(&b.image("view.exr")), pixels(&b.image("read.exr")));
+    let unused = render(&["-o", "path.exr", "--zones", "room.hlxz", "--mode", "path"]);
+    assert_eq!(unused.code, 0);
+    assert!(unused.err.contains("warning: --zones is not used in mode path"), "{}", unused.err);
     // Another room is not, and damage is seen.
     b.write("other.pbrt", &ROOM.replace("0.7 0.7 0.7", "0.6 0.7 0.7"));
     let foreign = b.run(&["render", "other.pbrt", "--spp", "1", "-o", "x.exr", "--zones", "room.hlxz"]);
