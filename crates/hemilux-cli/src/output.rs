@@ -243,7 +243,7 @@ fn noise(rows: u32) -> Image {
     let mut image = hemilux::picture::image(&film, &[]);
     let mut state = 1u32;
     // Colours and their errors are noise; surfaces are mostly flat, and pack well.
-    let noisy = |name: &str| matches!(name, "R" | "G" | "B" | "Z") || name.starts_with("stderr");
+    let noisy = |name: &str| matches!(name, "R" | "G" | "B" | "depth.Z") || name.starts_with("stderr");
     for channel in image.channels.iter_mut().filter(|c| noisy(&c.name)) {
         channel.data.iter_mut().for_each(|v| {
             state = state.wrapping_mul(0x915f_77f5).wrapping_add(0x3c6e_f35f);

@@ -33,7 +33,7 @@ fn render_writes_every_format_with_its_header() {
     let exr = b.image("a.exr");
     assert_eq!((exr.width, exr.height), (40, 30));
     let names: Vec<&str> = exr.channels.iter().map(|c| c.name.as_str()).collect();
-    for name in ["R", "G", "B", "stderr.G", "samples", "albedo.R", "N.X", "Z"] {
+    for name in ["R", "G", "B", "stderr.G", "samples.N", "albedo.R", "N.X", "depth.Z"] {
         assert!(names.contains(&name), "{name} is not in {names:?}");
     }
     for (key, wanted) in [
@@ -358,7 +358,7 @@ fn an_interrupt_writes_what_there_is() {
     assert!(rest.iter().any(|l| l.starts_with("error: interrupted")), "{rest:?}");
     let image = b.image("a.exr");
     assert_eq!(image.metadata_value("stopped"), Some("interrupted"));
-    assert!(image.channel("samples").unwrap().iter().all(|n| *n >= 1.0));
+    assert!(image.channel("samples.N").unwrap().iter().all(|n| *n >= 1.0));
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use crate::bsdf::{Bsdf, BsdfSample, LobeClass, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
-use crate::transport::{Arrival, Start, Walker, power_heuristic};
+use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -87,11 +87,11 @@ pub fn gather(
     bsdf: &Bsdf,
     plan: &GatherPlan,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     let wo = s.frame.to_local(s.wo);
     let shares = Shares::new(bsdf, wo, plan.rays);
-    let mut radiance = shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, rays);
+    let mut radiance = shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
         let n = shares.rays[k];
         if n == 0 {
@@ -102,7 +102,7 @@ pub fn gather(
         for i in 0..n {
             let Some(sample) = lobe.sample(wo, points.point(i), Quantity::Radiance) else { continue };
             let mut branch = sampler.branch(i);
-            sum += gather_ray(walker, s, &sample, n, plan.shadow_rays, &mut branch, rays);
+            sum += gather_ray(walker, s, &sample, n, plan.shadow_rays, &mut branch, tally);
         }
         radiance += sum * (1.0 / n as f32);
     }
@@ -117,7 +117,7 @@ fn gather_ray(
     n: u32,
     shadow_rays: u32,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     let wi = s.frame.to_world(sample.wi).normalize();
     if s.is_front(wi) != (sample.wi.z > 0.0) || sample.weight.is_black() {
@@ -125,7 +125,7 @@ fn gather_ray(
     }
     let arrival = Arrival::Shared { from: s.p, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
     let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1 };
-    sample.weight * walker.field_radiance(start, sampler, rays)
+    sample.weight * walker.field_radiance(start, sampler, tally)
 }
 
 /// Luminaires by shadow rays, stratified over luminaires and over their points, each lobe weighted against its own
@@ -138,7 +138,7 @@ fn shadow_rays(
     shares: &Shares,
     plan: &GatherPlan,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     let m = plan.shadow_rays;
     let shift = sampler.next1();
@@ -169,7 +169,7 @@ fn shadow_rays(
         if f.is_black() {
             continue;
         }
-        *rays += 1;
+        tally.rays += 1;
         if !l.is_occluded(walker.world, s) {
             sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
         }

@@ -22,6 +22,23 @@ const ROULETTE_FROM: u32 = 3;
 /// No walk is longer; reached with probability below 1e-20 unless nothing absorbs.
 const LONGEST_WALK: u32 = 4096;
 
+/// What walks cost and found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Rays traced.
+    pub rays: u64,
+    /// Luminaires (or sky) of at least luminance `bright` met at the end of a specular chain, by chance.
+    pub chain_hits: u64,
+    /// What counts as bright (W·sr⁻¹·m⁻²).
+    pub bright: f32,
+}
+
+impl Tally {
+    fn note(&mut self, in_chain: bool, met: Rgb) {
+        self.chain_hits += (in_chain && !met.is_black() && met.luminance() >= self.bright) as u64;
+    }
+}
+
 /// What a luminaire counts where a ray meets it.
 #[derive(Clone, Copy, Debug)]
 pub enum Arrival {
@@ -76,11 +93,11 @@ pub struct Start {
 }
 
 impl<'a> Walker<'a> {
-    /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds the rays it traces to `rays`.
-    pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
-        *rays += 1;
+    /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
+    pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        tally.rays += 1;
         let hit = self.world.closest(start.origin, start.dir, f32::INFINITY);
-        self.field_radiance_from(start, hit, sampler, rays)
+        self.field_radiance_from(start, hit, sampler, tally)
     }
 
     /// The same, given what the first ray meets.
@@ -89,7 +106,7 @@ impl<'a> Walker<'a> {
         start: Start,
         mut hit: Option<Surface>,
         sampler: &mut Sampler,
-        rays: &mut u64,
+        tally: &mut Tally,
     ) -> Rgb {
         let Start { mut origin, mut dir, mut arrival, mut depth } = start;
         let mut radiance = Rgb::BLACK;
@@ -102,13 +119,17 @@ impl<'a> Walker<'a> {
         loop {
             let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                radiance += beta * chain * self.sky(origin, dir, arrival);
+                let sky = self.sky(origin, dir, arrival);
+                tally.note(in_chain, sky);
+                radiance += beta * chain * sky;
                 break;
             };
             travelled += s.t;
             if s.luminaire != NO_LUMINAIRE {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                radiance += beta * chain * self.emission(&s, arrival);
+                let emission = self.emission(&s, arrival);
+                tally.note(in_chain, emission);
+                radiance += beta * chain * emission;
             }
             if depth >= self.max_depth.min(LONGEST_WALK) {
                 break;
@@ -129,7 +150,7 @@ impl<'a> Walker<'a> {
                 break;
             }
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, on, wo, sampler, rays);
+                radiance += beta * self.direct(&s, on, wo, sampler, tally);
             }
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
             let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
@@ -156,7 +177,7 @@ impl<'a> Walker<'a> {
                 break;
             }
             (origin, dir) = (s.leave(wi), wi);
-            *rays += 1;
+            tally.rays += 1;
             hit = self.world.closest(origin, dir, f32::INFINITY);
         }
         radiance
@@ -226,7 +247,7 @@ impl<'a> Walker<'a> {
     }
 
     /// One luminaire sample at `s`, weighted against sampling the scattering.
-    fn direct(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
+    fn direct(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         let (u_pick, u) = (sampler.next1(), sampler.next2());
         let Some(l) = self.world.luminaires.sample(&self.world.scene, s.p, u_pick, u) else {
             return Rgb::BLACK;
@@ -244,7 +265,7 @@ impl<'a> Walker<'a> {
         } else {
             1.0
         };
-        *rays += 1;
+        tally.rays += 1;
         if l.is_occluded(self.world, s) {
             return Rgb::BLACK;
         }

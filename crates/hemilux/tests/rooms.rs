@@ -6,7 +6,7 @@ use hemilux::film::Film;
 use hemilux::render::{Mode, RenderOptions, Renderer, Stop};
 use hemilux::sampler::Sampler;
 use hemilux::sensor::irradiance;
-use hemilux::transport::Walker;
+use hemilux::transport::{Tally, Walker};
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::geom::Vec3;
@@ -32,7 +32,14 @@ fn zonal_irradiance(world: &World, zones: &Zones, p: [f32; 3], n: [f32; 3], coun
     let walker = Walker { world, zones: Some(zones), max_depth: u32::MAX };
     statistics(count, |i| {
         let mut sampler = Sampler::new(11, i as u64, 0);
-        irradiance(&walker, Vec3::from(p), Vec3::from(n).normalize(), &PLAN, &mut sampler, &mut 0)[1] as f64
+        irradiance(
+            &walker,
+            Vec3::from(p),
+            Vec3::from(n).normalize(),
+            &PLAN,
+            &mut sampler,
+            &mut Tally::default(),
+        )[1] as f64
     })
 }
 

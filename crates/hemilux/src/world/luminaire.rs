@@ -217,6 +217,30 @@ impl Luminaires {
         self.power
     }
 
+    /// A bound on the radiance of any luminaire or sky in any direction, weighted over the bands by `weights`
+    /// (non-negative).
+    pub fn brightest(&self, scene: &Scene, weights: [f64; 3]) -> f64 {
+        let weigh = |v: Rgb| (0..3).map(|c| weights[c] * v[c].max(0.0) as f64).sum::<f64>();
+        let image_max = |id: hemilux_scene::ImageId| {
+            let texels = &scene.images[id.0 as usize].texels;
+            texels.iter().fold(Rgb::BLACK, |m, t| Rgb([0, 1, 2].map(|c: usize| m[c].max(t[c]))))
+        };
+        let emissions = self.emissions.iter().map(|e| {
+            let image = e.image.map_or(Rgb::WHITE, image_max);
+            let profile = match &e.profile {
+                Profile::Uniform | Profile::Spot { .. } => Rgb::WHITE,
+                Profile::Goniometric { image, .. } | Profile::Projection { image, .. } => image_max(*image),
+            };
+            weigh(e.radiance * image * profile)
+        });
+        let skies = scene.environments.iter().map(|e| match e {
+            hemilux_scene::Environment::Constant { radiance } => weigh(*radiance),
+            hemilux_scene::Environment::Sun { radiance, .. } => weigh(*radiance),
+            hemilux_scene::Environment::Image { image, scale, .. } => weigh(image_max(*image) * *scale),
+        });
+        emissions.chain(skies).fold(0.0, f64::max)
+    }
+
     /// Luminaire of a primitive, or [`NO_LUMINAIRE`].
     #[inline]
     pub fn index(&self, instance: u32, _group: u32, shape: u32, within: u32) -> u32 {

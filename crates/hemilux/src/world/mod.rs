@@ -129,6 +129,19 @@ impl World {
         world
     }
 
+    /// Whether some surface reflects or refracts other than diffusely, so that virtual luminaires can exist.
+    pub fn has_casters(&self) -> bool {
+        let diffuse = |id: MaterialId| {
+            matches!(
+                self.scene.materials[id.0 as usize].kind,
+                MaterialKind::Diffuse { .. }
+                    | MaterialKind::DiffuseTransmission { .. }
+                    | MaterialKind::Interface
+            )
+        };
+        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !diffuse(s.material))
+    }
+
     /// Centre and radius (m) of a ball around all geometry.
     pub fn bound(&self) -> (Vec3, f32) {
         self.bound
