@@ -176,15 +176,13 @@ fn measure(e: &Entry, p: &Problem, runs: u64, work: &mut Workspace<f64>) -> Cell
     let mut cell = Cell::default();
     for (b, &n) in BUDGETS.iter().enumerate() {
         let runs = if n == 4096 { (runs / 4).max(2) } else { runs };
-        let (mut m1, mut m2, mut m4) = (0.0, 0.0, 0.0);
+        let mut errors = Vec::with_capacity(runs as usize);
         for r in 0..runs {
             let key = Key::new(r).with(n as u64);
             let i = p.instance(key.with(1));
             let est = (e.run)(&i, n, key.with(2), work);
             let d = (est.value - i.exact) / i.exact;
-            m1 += d;
-            m2 += d * d;
-            m4 += d * d * d * d;
+            errors.push(d);
             if est.evaluations.total() as f64 > 1.1 * n as f64 + 8.0 {
                 cell.overspent = true;
             }
@@ -198,13 +196,17 @@ fn measure(e: &Entry, p: &Problem, runs: u64, work: &mut Workspace<f64>) -> Cell
                 }
             }
         }
-        let n_runs = runs as f64;
-        cell.rmse[b] = (m2 / n_runs).sqrt();
+        let moment = |about: f64, power: i32| {
+            errors.iter().map(|d| (d - about).powi(power)).sum::<f64>() / runs as f64
+        };
+        cell.rmse[b] = moment(0.0, 2).sqrt();
         if n == 1024 {
-            let mean = m1 / n_runs;
-            let sd = ((m2 / n_runs - mean * mean).max(0.0) / n_runs).sqrt();
-            cell.z = if cell.rmse[b] < 1e-12 { 0.0 } else { mean / sd };
-            cell.z_valid = m2 * m2 >= 20.0 * m4 || cell.rmse[b] < 1e-12;
+            let mean = moment(0.0, 1);
+            let (m2, m4) = (moment(mean, 2), moment(mean, 4));
+            let exact = cell.rmse[b] < 1e-12;
+            cell.z = if exact { 0.0 } else { mean / (m2 / runs as f64).sqrt() };
+            // Effective number of runs that carry the variance; none at all where every run saw the same.
+            cell.z_valid = exact || (m2 > 1e-24 && m2 * m2 * runs as f64 >= 20.0 * m4);
         }
     }
     cell

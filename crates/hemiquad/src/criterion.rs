@@ -125,6 +125,7 @@ impl Weighted<'_> {
             Criterion::User(f) => f(cell),
         };
         let p = raw * cell.area * self.weight.map_or(1.0, |w| w(cell.at));
+        // Also for NaN.
         if p > 0.0 { p } else { 0.0 }
     }
 }

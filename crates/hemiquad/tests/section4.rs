@@ -13,6 +13,9 @@ fn pixel(area: f64, key: Key) -> Instance {
     disks(vec![(Uv::new(r + (1.0 - 2.0 * r) * p.u, r + (1.0 - 2.0 * r) * p.v), r, 1.0)], 0.5)
 }
 
+/// One integral of a pixel.
+type One<'a> = &'a dyn Fn(&Instance, Key, &mut Workspace<f64>) -> Estimate<f64>;
+
 struct Runs {
     mean: f64,
     rmse: f64,
@@ -84,16 +87,15 @@ fn one_stage_adaptive_is_wrong_and_looks_certain() {
 fn the_same_test_passes_unbiased_methods() {
     // z-tests at 4.5 standard deviations: 5 of them, false alarm 3e-5 together.
     let mut work = Workspace::new();
-    let mut check =
-        |name: &str, area: f64, n: u64, m: &dyn Fn(&Instance, Key, &mut Workspace<f64>) -> Estimate<f64>| {
-            let r = runs(n, area, |i, k| m(i, k, &mut work));
-            println!(
-                "{name}: mean {:.4} rmse {:.4} claimed {:.4} coverage {:.3} z {:+.1}",
-                r.mean, r.rmse, r.claimed, r.coverage, r.z
-            );
-            assert!(r.z.abs() < 4.5, "{name}: {}", r.z);
-            r
-        };
+    let mut check = |name: &str, area: f64, n: u64, m: One<'_>| {
+        let r = runs(n, area, |i, k| m(i, k, &mut work));
+        println!(
+            "{name}: mean {:.4} rmse {:.4} claimed {:.4} coverage {:.3} z {:+.1}",
+            r.mean, r.rmse, r.claimed, r.coverage, r.z
+        );
+        assert!(r.z.abs() < 4.5, "{name}: {}", r.z);
+        r
+    };
     // A = 0.01 is hit by plain samples often enough for a z-test.
     check("jittered", 1e-2, 2000, &|i, k, w| Jittered.integrate(&mut { i }, 256, k, w));
     check("sequential", 1e-2, 2000, &|i, k, w| Sequential::default().integrate(&mut { i }, 256, k, w));

@@ -37,29 +37,19 @@ pub struct Plan<'a> {
     pub sizing: Sizing,
 }
 
-#[derive(Clone, Copy, Debug)]
+/// A cell and its urgency. Of equals the larger cell first, then the older one: where nothing differs the search goes
+/// breadth-first. Numbers that are not negative sort like their bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    priority: f64,
-    area: f64,
-    cell: u32,
+    priority: u64,
+    area: u32,
+    before: u32,
 }
 
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-impl Eq for Entry {}
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // Of equals the larger cell first, then the older one: where nothing differs the search goes breadth-first.
-        let by_area = || self.area.total_cmp(&other.area);
-        self.priority.total_cmp(&other.priority).then_with(by_area).then(other.cell.cmp(&self.cell))
+impl Entry {
+    #[inline]
+    fn new(priority: f64, area: f64, cell: u32) -> Self {
+        Entry { priority: priority.to_bits(), area: (area as f32).to_bits(), before: !cell }
     }
 }
 
@@ -71,8 +61,11 @@ pub(crate) struct Refine<V> {
     probes: Vec<Probe>,
     sizes: Vec<f64>,
     heap: BinaryHeap<Entry>,
+    seen: Seen,
     /// Current priority by cell; entries of the heap that differ are stale.
     priority: Vec<f64>,
+    /// Whether something next to a cell has changed since it was ranked.
+    stale: Vec<bool>,
     /// The last cell that turned out to differ from this one; the partition may list too few neighbours to show it.
     instigator: Vec<u32>,
     /// Guess at the variance inside, by cell.
@@ -80,7 +73,8 @@ pub(crate) struct Refine<V> {
     pub gap: Gap,
 }
 
-/// What a cell looks like at present: a few values, without memory of its own.
+/// What a cell looks like at present: a few values.
+#[derive(Debug, Default)]
 struct Seen {
     inside: [f64; 4],
     n_inside: usize,
@@ -95,32 +89,21 @@ fn looks_around(plan: &Plan<'_>) -> bool {
     matches!(plan.criterion.criterion, Criterion::Contrast | Criterion::Deviation | Criterion::Unresolved)
 }
 
-fn mean_drive<P: Partition>(p: &P, drives: &[f64], cell: u32) -> f64 {
-    let m = p.members(cell);
-    m.as_slice().iter().map(|i| drives[*i as usize]).sum::<f64>() / m.as_slice().len().max(1) as f64
-}
-
-#[inline]
-fn look<P: Partition>(p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) -> Seen {
-    let mut seen = Seen {
-        inside: [0.0; 4],
-        n_inside: 0,
-        around: [0.0; 16],
-        around_area: [0.0; 16],
-        n_around: 0,
-        at: crate::map::Uv::default(),
-    };
-    for &i in p.members(cell).as_slice().iter().take(4) {
-        seen.inside[seen.n_inside] = drives[i as usize];
-        seen.n_inside += 1;
-        seen.at = p.points()[i as usize];
+impl Seen {
+    #[inline]
+    fn look<P: Partition>(&mut self, p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) {
+        self.n_inside = 0;
+        for &i in p.members(cell).as_slice().iter().take(4) {
+            self.inside[self.n_inside] = drives[i as usize];
+            self.n_inside += 1;
+            self.at = p.points()[i as usize];
+        }
+        self.n_around = neighbours.len().min(16);
+        for (k, &n) in neighbours.iter().take(16).enumerate() {
+            self.around[k] = p.mean(n, drives);
+            self.around_area[k] = p.area(n);
+        }
     }
-    for &n in neighbours {
-        seen.around[seen.n_around] = mean_drive(p, drives, n);
-        seen.around_area[seen.n_around] = p.area(n);
-        seen.n_around += 1;
-    }
-    seen
 }
 
 impl<V: Value> Refine<V> {
@@ -164,6 +147,7 @@ impl<V: Value> Refine<V> {
             self.priority.resize(cells, 0.0);
             self.variance.resize(cells, 0.0);
             self.instigator.resize(cells, u32::MAX);
+            self.stale.resize(cells, false);
         }
         let by_contrast = looks_around(plan);
         let by_side = matches!(plan.criterion.criterion, Criterion::Unresolved);
@@ -171,17 +155,18 @@ impl<V: Value> Refine<V> {
             self.instigator[cell as usize] = u32::MAX;
             let neighbours = p.neighbours(cell);
             let priority = self.rank_one(p, plan, cell, neighbours.as_slice());
-            self.heap.push(Entry { priority, area: p.area(cell), cell });
+            self.heap.push(Entry::new(priority, p.area(cell), cell));
             if by_contrast {
-                let mine = mean_drive(p, &self.drives, cell);
+                let mine = p.mean(cell, &self.drives);
                 for &n in neighbours.as_slice() {
+                    self.stale[n as usize] = true;
                     let area = p.area(n);
                     let scale = if by_side { area * area.sqrt() } else { area };
-                    let lifted = 0.5 * (mine - mean_drive(p, &self.drives, n)).abs() * scale;
+                    let lifted = 0.5 * (mine - p.mean(n, &self.drives)).abs() * scale;
                     if lifted > self.priority[n as usize] {
                         self.instigator[n as usize] = cell;
                         let priority = self.rank_one(p, plan, n, self.around(p, n).as_slice());
-                        self.heap.push(Entry { priority, area, cell: n });
+                        self.heap.push(Entry::new(priority, area, n));
                     }
                 }
             }
@@ -199,7 +184,8 @@ impl<V: Value> Refine<V> {
     }
 
     fn rank_one<P: Partition>(&mut self, p: &P, plan: &Plan<'_>, cell: u32, neighbours: &[u32]) -> f64 {
-        let seen = look(p, &self.drives, cell, neighbours);
+        self.seen.look(p, &self.drives, cell, neighbours);
+        let seen = &self.seen;
         let view = CellView {
             area: p.area(cell),
             inside: &seen.inside[..seen.n_inside],
@@ -208,6 +194,7 @@ impl<V: Value> Refine<V> {
             at: seen.at,
         };
         let priority = plan.criterion.priority(&view);
+        self.stale[cell as usize] = false;
         self.priority[cell as usize] = priority;
         self.variance[cell as usize] = view.variance();
         priority
@@ -245,21 +232,23 @@ pub(crate) fn refine_with<P: Partition, V: Value>(
     state.priority.clear();
     state.variance.clear();
     state.instigator.clear();
+    state.stale.clear();
     partition.seed(plan.initial.min(plan.total).max(1), key.with(1));
     state.evaluate_new(partition, f, plan, 0);
     state.rank(partition, plan);
     let key = key.with(2);
     while partition.points().len() as u32 + partition.samples_per_split() <= plan.total {
-        let Some(Entry { priority, area, cell }) = state.heap.pop() else { break };
+        let Some(top) = state.heap.pop() else { break };
+        let (priority, cell) = (f64::from_bits(top.priority), !top.before);
         if !partition.is_cell(cell) || state.priority[cell as usize] != priority {
             continue;
         }
         // The refinement of a neighbour may have made this cell less urgent: put it back in its place.
-        if looks_around(plan) {
+        if looks_around(plan) && state.stale[cell as usize] {
             let neighbours = state.around(partition, cell);
             let now = state.rank_one(partition, plan, cell, neighbours.as_slice());
-            if now < priority && state.heap.peek().is_some_and(|top| top.priority > now) {
-                state.heap.push(Entry { priority: now, area, cell });
+            if now < priority && state.heap.peek().is_some_and(|next| f64::from_bits(next.priority) > now) {
+                state.heap.push(Entry::new(now, partition.area(cell), cell));
                 continue;
             }
         }

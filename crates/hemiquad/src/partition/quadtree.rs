@@ -1,6 +1,7 @@
 //! A quadtree in an index arena whose leaves are linked in Morton order.
 
 use super::{Few, Partition};
+use crate::curve;
 use crate::map::Uv;
 use crate::points::Key;
 
@@ -75,6 +76,8 @@ pub struct QuadTree {
     points: Vec<Uv<f64>>,
     touched: Vec<u32>,
     leaves: u32,
+    /// The level down to which [`QuadTree::grow`] has made the tree full. Its nodes stand in Morton order.
+    full: u8,
     parent: Parent,
     /// How far samples stray from the centre of their cell: 1 for uniform ones.
     stray: f64,
@@ -97,6 +100,7 @@ impl QuadTree {
             points: Vec::new(),
             touched: Vec::new(),
             leaves: 1,
+            full: 0,
             parent,
             stray: 1.0,
         };
@@ -109,6 +113,7 @@ impl QuadTree {
         self.nodes.clear();
         self.points.clear();
         self.touched.clear();
+        self.full = 0;
         self.leaves = 1;
         let cell = Cell { x: 0, y: 0, level: 0 };
         self.nodes.push(Node { cell, child: NONE, next: NONE, previous: NONE, sample: NONE });
@@ -163,15 +168,18 @@ impl QuadTree {
 
     #[inline]
     fn leaf_at_fixed(&self, u: u32, v: u32) -> u32 {
-        let mut node = 0u32;
-        let mut shift = 31;
+        // Begin at the full level, whose first node comes after 1 + 4 + 16 + … others.
+        let top = 32 - self.full as u32;
+        let begin = ((1u64 << (2 * self.full as u32)) / 3) as u32;
+        let mut node = begin + curve::interleave((u as u64 >> top) as u32, (v as u64 >> top) as u32) as u32;
+        let mut shift = top.wrapping_sub(1);
         loop {
             let child = self.nodes[node as usize].child;
             if child == NONE {
                 return node;
             }
             node = child + ((u >> shift) & 1) + 2 * ((v >> shift) & 1);
-            shift -= 1;
+            shift = shift.wrapping_sub(1);
         }
     }
 
@@ -217,6 +225,10 @@ impl QuadTree {
 
     /// Cuts every leaf down to a level.
     pub fn grow(&mut self, level: u8) {
+        // The short cut of `leaf_at` holds for trees grown from the root; ten levels of it are plenty.
+        if self.leaves == 1 {
+            self.full = level.min(10);
+        }
         let mut node = 0;
         while (node as usize) < self.nodes.len() {
             if self.cell(node).level < level.min(Self::DEEPEST) {
@@ -239,27 +251,46 @@ impl QuadTree {
     #[inline]
     fn across(&self, node: u32, mut visit: impl FnMut(u32)) {
         let Cell { x, y, level } = self.cell(node);
+        if level == 0 {
+            return;
+        }
         let shift = 32 - level as u32;
         let size = 1u64 << shift;
         let (x0, y0) = ((x as u64) << shift, (y as u64) << shift);
         let (near, far) = (size / 4, size - size / 4 - 1);
-        let mut look = |u: u64, v: u64| visit(self.leaf_at_fixed(u as u32, v as u32));
-        if x0 > 0 {
-            look(x0 - 1, y0 + near);
-            look(x0 - 1, y0 + far);
+        // The two leaves at a quarter and three quarters of an edge; the second look is needed only when the first met a smaller one.
+        let mut look = |first: (u64, u64), second: (u64, u64)| {
+            let a = self.leaf_at_fixed(first.0 as u32, first.1 as u32);
+            visit(a);
+            if self.cell(a).level > level {
+                visit(self.leaf_at_fixed(second.0 as u32, second.1 as u32));
+            }
+        };
+        // Two of the neighbours are siblings: brothers lie side by side in the arena.
+        let place = (x & 1) + 2 * (y & 1);
+        let first = node - place;
+        let (beside, above) = (first + (place ^ 1), first + (place ^ 2));
+        let (low_u, low_v) = (x & 1 == 0, y & 1 == 0);
+        let mut siblings = [u32::MAX; 2];
+        if self.is_leaf(beside) {
+            siblings[0] = beside;
         }
-        if x0 + size < 1 << 32 {
-            look(x0 + size, y0 + near);
-            look(x0 + size, y0 + far);
+        if self.is_leaf(above) {
+            siblings[1] = above;
         }
-        if y0 > 0 {
-            look(x0 + near, y0 - 1);
-            look(x0 + far, y0 - 1);
+        if (low_u || siblings[0] == u32::MAX) && x0 > 0 {
+            look((x0 - 1, y0 + near), (x0 - 1, y0 + far));
         }
-        if y0 + size < 1 << 32 {
-            look(x0 + near, y0 + size);
-            look(x0 + far, y0 + size);
+        if (!low_u || siblings[0] == u32::MAX) && x0 + size < 1 << 32 {
+            look((x0 + size, y0 + near), (x0 + size, y0 + far));
         }
+        if (low_v || siblings[1] == u32::MAX) && y0 > 0 {
+            look((x0 + near, y0 - 1), (x0 + far, y0 - 1));
+        }
+        if (!low_v || siblings[1] == u32::MAX) && y0 + size < 1 << 32 {
+            look((x0 + near, y0 + size), (x0 + far, y0 + size));
+        }
+        siblings.iter().filter(|s| **s != u32::MAX).for_each(|s| visit(*s));
     }
 }
 
@@ -321,6 +352,11 @@ impl Partition for QuadTree {
             few.push(s);
         }
         few
+    }
+
+    #[inline]
+    fn mean(&self, cell: u32, values: &[f64]) -> f64 {
+        values.get(self.nodes[cell as usize].sample as usize).copied().unwrap_or(0.0)
     }
 
     #[inline]

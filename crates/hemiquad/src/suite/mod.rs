@@ -2,7 +2,7 @@
 //! multiple integration subroutines", 1987), and hard cases on which quadrature libraries have been seen to fail.
 //!
 //! A [`Problem`] is a family; a key makes one [`Instance`] of it, at a random place. The hemisphere is reached through
-//! [`Concentric`](crate::map::Concentric); "projected" integrands carry the cosine.
+//! [`Concentric`]; "projected" integrands carry the cosine.
 
 mod genz;
 mod hemisphere;
