@@ -46,6 +46,8 @@ struct Luminaire {
 pub struct Luminaires {
     items: Vec<Luminaire>,
     emissions: Vec<Emission>,
+    /// Radius (m) of a ball around each emitting shape.
+    radii: Vec<f32>,
     skies: Vec<Sky>,
     sky_items: Vec<u32>,
     cumulative: Vec<f64>,
@@ -144,6 +146,7 @@ impl Luminaires {
             self.emissions.push(emission.clone());
             let unseen = shape.alpha == Some(FloatParam::Constant(0.0));
             let per_area = power_per_area(&world.scene, emission);
+            self.radii.push(shape_radius(world, &shape.geometry, to_world));
             let mut push = |emitter: Emitter, area: f64| {
                 powers.push(per_area * area);
                 self.items.push(Luminaire { emitter, emission: id, area: area as f32, pick: 0.0, unseen });
@@ -215,6 +218,24 @@ impl Luminaires {
     /// Estimated total power by luminance (W); exact unless textures or profiles shape the emission.
     pub fn power(&self) -> f64 {
         self.power
+    }
+
+    /// Name and size of what luminaire `i` is part of, for grouping specular chains: a number for the emitting shape
+    /// (or sky), and the radius (m) of a ball around it with the distance (m) it counts as being away beyond the start
+    /// of the chain. `None` where it fills too much of the sky for its images to be small.
+    pub fn identity(&self, scene: &Scene, i: u32) -> Option<(u32, f32, f32)> {
+        let item = &self.items[i as usize];
+        match item.emitter {
+            Emitter::Sky(s) => match &scene.environments[s] {
+                hemilux_scene::Environment::Sun { cos_half_angle, .. } => {
+                    let far = 1e4 * self.bound.1;
+                    let tan = (1.0 - cos_half_angle * cos_half_angle).max(0.0).sqrt() / cos_half_angle;
+                    Some((u32::MAX - s as u32, far * tan as f32, far))
+                }
+                _ => None,
+            },
+            _ => Some((item.emission, self.radii[item.emission as usize], 0.0)),
+        }
     }
 
     /// A bound on the radiance of any luminaire or sky in any direction, weighted over the bands by `weights`
@@ -671,6 +692,29 @@ fn whole_sphere(q: Quadric, to_world: &DAffine3) -> Option<(DVec3, f64)> {
     let ideal = glam::DMat3::from_diagonal(DVec3::splat(scale * scale));
     let similar = (gram - ideal).to_cols_array().iter().all(|v| v.abs() <= 1e-6 * scale * scale);
     (whole && similar).then_some((to_world.translation, radius * scale))
+}
+
+/// Radius of a ball around a shape (m).
+fn shape_radius(world: &World, geometry: &Geometry, to_world: &DAffine3) -> f32 {
+    let mut corners: Vec<DVec3> = Vec::new();
+    match geometry {
+        Geometry::Mesh(id) => {
+            let positions = &world.scene.meshes[id.0 as usize].positions;
+            corners.extend(positions.iter().map(|p| to_world.transform_point3(p.as_dvec3())));
+        }
+        Geometry::Quadric(q, to_group) => {
+            let placed = *to_world * *to_group;
+            let cell = |i: usize| i as f32 / 8.0;
+            corners.extend((0..81).map(|i| {
+                let (p, _, _) = quadric_object_point(*q, [cell(i % 9), cell(i / 9)]);
+                placed.transform_point3(p)
+            }));
+        }
+    }
+    let low = corners.iter().fold(DVec3::INFINITY, |m, c| m.min(*c));
+    let high = corners.iter().fold(DVec3::NEG_INFINITY, |m, c| m.max(*c));
+    let centre = (low + high) * 0.5;
+    corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max) as f32
 }
 
 /// Area before the placement (m²).

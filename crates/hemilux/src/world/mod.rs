@@ -202,6 +202,28 @@ impl World {
         key.uniform(0) >= alpha
     }
 
+    /// The smooth piece of surface that `s` lies on, for telling specular chains apart: the plane of a flat facet, or
+    /// the whole shape where normals vary smoothly.
+    pub(crate) fn patch(&self, s: &Surface) -> u64 {
+        let shape = self.shape(s.group, s.shape);
+        let whole = (s.hit.instance as u64) << 32 | s.shape as u64;
+        let flat = match shape.geometry {
+            Geometry::Mesh(id) => self.scene.meshes[id.0 as usize].normals.is_empty(),
+            Geometry::Quadric(..) => false,
+        };
+        if !flat {
+            return whole;
+        }
+        let step = |v: f32, size: f32| (v / size).round() as i64 as u64;
+        let offset = s.ng.dot(s.p - self.bound.0);
+        hemiquad::points::Key::new(whole)
+            .with(step(s.ng.x, 1e-3))
+            .with(step(s.ng.y, 1e-3))
+            .with(step(s.ng.z, 1e-3))
+            .with(step(offset, 1e-3 * self.bound.1))
+            .bits64(0)
+    }
+
     #[inline]
     pub(crate) fn shape(&self, group: u32, shape: u32) -> &Shape {
         &self.groups[group as usize].shapes[shape as usize]
