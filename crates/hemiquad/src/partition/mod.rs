@@ -47,6 +47,15 @@ impl Few {
         }
     }
 
+    /// Adds a number that is known not to be there, if there is room.
+    #[inline]
+    pub(crate) fn push_new(&mut self, x: u32) {
+        if let Some(place) = self.items.get_mut(self.len as usize) {
+            *place = x;
+            self.len += 1;
+        }
+    }
+
     /// The numbers.
     #[inline]
     pub fn as_slice(&self) -> &[u32] {

@@ -349,7 +349,7 @@ impl Partition for QuadTree {
         let mut few = Few::default();
         let s = self.nodes[cell as usize].sample;
         if s != NONE {
-            few.push(s);
+            few.push_new(s);
         }
         few
     }
@@ -362,7 +362,8 @@ impl Partition for QuadTree {
     #[inline]
     fn neighbours(&self, cell: u32) -> Few {
         let mut few = Few::default();
-        self.across(cell, |n| few.push(n));
+        // No leaf lies across two edges, nor twice across one.
+        self.across(cell, |n| few.push_new(n));
         few
     }
 
