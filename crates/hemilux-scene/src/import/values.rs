@@ -177,6 +177,7 @@ impl Parser {
             token = self.lexer().next();
             span = self.span(token);
         }
+        let what = if bracket { "a number or \"]\"" } else { "a number" };
         while !(bracket && token.kind == Kind::Close) {
             match (ty, token.kind) {
                 (Type::Bool, Kind::Word | Kind::Str) => bools.push(self.boolean(token)?),
@@ -185,19 +186,18 @@ impl Parser {
                 }
                 (Type::Text | Type::Texture, _) => return self.value_expected("a string in quotes", token),
                 (_, Kind::Word) if texts.is_empty() => {
-                    if is_directive(self.lexer().text(token)) {
-                        return self
-                            .value_expected(if bracket { "a number or \"]\"" } else { "a number" }, token);
+                    match parse_number(self.lexer().text(token)) {
+                        Some(v) => numbers.push(v),
+                        None if is_directive(self.lexer().text(token)) => {
+                            return self.value_expected(what, token);
+                        }
+                        None => self.number(token, &mut numbers)?,
                     }
-                    self.number(token, &mut numbers)?;
                     if ty == Type::Integer {
                         self.integral(token, &numbers)?;
                     }
                 }
-                _ => {
-                    return self
-                        .value_expected(if bracket { "a number or \"]\"" } else { "a number" }, token);
-                }
+                _ => return self.value_expected(what, token),
             }
             if !bracket {
                 break;
