@@ -63,6 +63,7 @@ impl Builder {
             objects: self.objects,
             instances: self.instances,
             environments: self.environments,
+            photometry: crate::Photometry::CIE,
             files: files.paths.clone(),
             content_hash: files.hash.0,
         })

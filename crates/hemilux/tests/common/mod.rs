@@ -32,6 +32,7 @@ pub fn empty() -> Scene {
         objects: Vec::new(),
         instances: Vec::new(),
         environments: Vec::new(),
+        photometry: Photometry::CIE,
         files: Vec::new(),
         content_hash: 1,
     }
