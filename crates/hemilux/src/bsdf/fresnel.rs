@@ -119,6 +119,3 @@ pub(super) fn base(cos: f32) -> f32 {
 }
 
 const POLISH_OFFSET: f32 = 0.002_029_430_6;
-
-/// Cosine-weighted hemispherical mean of [`polish`]: 2 (1 - 6.85 e^-5.85) / 5.85² minus the offset.
-pub const POLISH_MEAN: f32 = 0.055_258_77;

@@ -1,6 +1,7 @@
 //! One lobe of a surface: what it scatters, its own chart of the unit square, and its density.
 
 use super::coat::{Coat, alpha_coordinate};
+use super::energy::single_scattering;
 use super::fresnel;
 use super::ggx::{GRAZING, Ggx};
 use super::{BsdfSample, Transport};
@@ -20,8 +21,14 @@ pub enum LobeClass {
     Delta,
 }
 
-/// 1 / (1 - F_mean) of [`fresnel::polish`].
-const BASE_SCALE: f32 = 1.0 / (1.0 - fresnel::POLISH_MEAN);
+/// Cosine of the direction that radiance leaves to: `wo` of camera paths, `wi` of particles.
+#[inline]
+fn view(wo: f32, wi: f32, t: Transport) -> f32 {
+    match t {
+        Transport::Radiance => wo,
+        Transport::Flux => wi,
+    }
+}
 
 /// Which half of a rough dielectric a lobe is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,10 +59,11 @@ pub(super) enum Shape {
     Pane { eta: f32, weight: f32 },
     /// The same for each polarisation by itself, with transmissivity `tint` of one passage at normal incidence.
     TintedPane { eta: f32, tint: Rgb, weight: f32 },
-    /// Mirror or GGX facets of given reflectance; transmission is their reflection thrown to the other side. With `grazing`
+    /// Mirror or GGX facets of given reflectance, whatever direction they are seen from; hence not reciprocal where rough.
+    /// Transmission is their reflection thrown to the other side. With `grazing`
     /// (smooth only) the reflectance grows to 1 as [`fresnel::polish`] does, and the transmittance fades.
     Facets { colour: Rgb, grazing: bool, ggx: Ggx, event: Event, weight: f32 },
-    /// What [`fresnel::polish`] leaves for a Lambertian base, made reciprocal: albedo (1 - F(o)) (1 - F(i)) / (π (1 - F_mean)).
+    /// What [`fresnel::polish`] leaves for a Lambertian base: albedo (1 - F(view)) / π. Not reciprocal.
     Base { albedo: Rgb, event: Event },
 }
 
@@ -296,7 +304,7 @@ impl Lobe {
                 if same_side != (event == Event::Reflect) {
                     return Rgb::BLACK;
                 }
-                albedo * (fresnel::base(wo.z.abs()) * fresnel::base(wi.z.abs()) * BASE_SCALE * FRAC_1_PI)
+                albedo * (fresnel::base(view(wo.z, wi.z, t).abs()) * FRAC_1_PI)
             }
             Shape::Facets { colour, ggx, event, weight, .. } => {
                 let sides = same_side == (event == Event::Reflect);
@@ -305,7 +313,8 @@ impl Lobe {
                 }
                 let (wo, wi) = (raised(wo).0, raised(wi).0);
                 let h = (wo + wi).normalize_or_zero();
-                colour * (ggx.visibility(wo, wi) * ggx.distribution(h) * weight)
+                let kept = single_scattering(view(wo.z, wi.z, t), ggx.mean());
+                colour * (ggx.visibility(wo, wi) * ggx.distribution(h) * weight / kept)
             }
             Shape::Undercoat { scale, coat, .. } => {
                 if !same_side {
@@ -461,9 +470,9 @@ impl Lobe {
             Shape::Undercoat { scale, coat, .. } => sample_cosine(wo, u, Event::Reflect, |mu| {
                 scale * (coat.transmittance(wo.z.abs()) * coat.transmittance(mu))
             }),
-            Shape::Base { albedo, event } => sample_cosine(wo, u, event, |mu| {
-                albedo * (fresnel::base(wo.z.abs()) * fresnel::base(mu) * BASE_SCALE)
-            }),
+            Shape::Base { albedo, event } => {
+                sample_cosine(wo, u, event, |mu| albedo * fresnel::base(view(wo.z.abs(), mu, t)))
+            }
             _ if self.is_delta() => self.sample_delta(wo, choice, t),
             _ if grazing(wo) => None,
             Shape::RoughGlass { eta, ggx, event, weight } => {
@@ -500,7 +509,8 @@ impl Lobe {
                 let transmitted = event == Event::Transmit;
                 let sign = if transmitted { -sign } else { sign };
                 let wi = Vec3::new(wi.x, wi.y, wi.z * sign);
-                let weight = colour * (weight * shadowing);
+                let kept = single_scattering(view(up.z, wi.z.abs(), t), ggx.mean());
+                let weight = colour * (weight * shadowing / kept);
                 Some(BsdfSample { wi, weight, pdf, transmitted, ..BsdfSample::REFLECTION })
             }
             Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } => {

@@ -45,6 +45,7 @@
 //! one. Index of rough coats and of coats over metals: [1, 3], clamped.
 
 mod coat;
+mod energy;
 pub mod fresnel;
 mod ggx;
 mod lobe;
@@ -237,11 +238,13 @@ impl Bsdf {
     }
 
     /// Given reflectances and transmittances, diffuse and specular, from both sides; each in [0, 1] (clamped), their sum is the
-    /// caller's business. Specular reflection is a mirror or GGX facets of roughness `alpha` without Fresnel term; specular
-    /// transmission goes straight on, spread by facets of half that roughness.
+    /// caller's business. Specular reflection is a mirror or GGX facets of roughness `alpha` without Fresnel term, scaled to reflect
+    /// what is given in all from wherever they are seen; specular transmission goes straight on, spread by facets of half that
+    /// roughness.
     ///
     /// With `grazing` a smooth surface's mirror grows to 1 towards grazing angles, r + F (1 - r) with [`fresnel::polish`]; what lies
-    /// below fades by 1 - F, the Lambertian part reciprocally.
+    /// below fades by 1 - F of the direction it is seen from. That is how Radiance has it: everything comes back from uniform
+    /// surroundings. Neither this Lambertian part nor the scaled facets are reciprocal; particles use their adjoint.
     pub fn polished(diffuse: [Rgb; 2], specular: [Rgb; 2], alpha: f32, grazing: bool) -> Bsdf {
         let (facets, through) = (Ggx::new([alpha; 2]), Ggx::new([0.5 * alpha; 2]));
         let grazing = grazing && facets.is_smooth();

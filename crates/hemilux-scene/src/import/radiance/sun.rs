@@ -44,7 +44,7 @@ pub fn day_of_year(month: u32, day: u32) -> f64 {
 
 /// Solar altitude and azimuth (radians, west of south) on a day at an hour of standard or solar time.
 pub fn position(site: &Site, day: f64, hour: f64, solar_time: bool) -> (f64, f64) {
-    let declination = 0.4093 * (2.0 * PI / 368.0 * (day - 81.0)).sin();
+    let declination = 0.4093 * (2.0 * PI / 365.0 * (day - 81.0)).sin();
     let correction = 0.170 * (4.0 * PI / 373.0 * (day - 80.0)).sin()
         - 0.129 * (2.0 * PI / 355.0 * (day - 8.0)).sin()
         + (site.meridian - site.longitude) / 15.0;
@@ -90,6 +90,11 @@ pub struct CieAnswer {
     pub normalisation: f64,
     /// W·sr⁻¹·m⁻²; 0 if the sun is not up, or the sky covers it.
     pub sun: f64,
+}
+
+/// Steradians of a disk of so many degrees across.
+fn disk(degrees: f64) -> f64 {
+    4.0 * PI * (0.25 * degrees).to_radians().sin().powi(2)
 }
 
 /// π times the ratio of horizontal radiance to zenith radiance, times the normalisation: gensky's polynomials in altitude.
@@ -144,7 +149,7 @@ pub fn cie(r: &CieRequest) -> CieAnswer {
     if !overcast && sin > 0.0 {
         sun = match r.solar {
             Level::Radiance(v) => v,
-            Level::Irradiance(e) => e / (SKY_SUN * sin),
+            Level::Irradiance(e) => e / (disk(0.5) * sin),
             Level::Model => {
                 let clear = 1.5e9 / SUN_EFFICACY * (1.147 - 0.147 / sin.max(0.16));
                 if r.kind == 4 { 0.15 * clear } else { clear }
@@ -332,7 +337,7 @@ fn integral(c: &[f64; 5], zenith: f64) -> f64 {
             sum += perez(c, cos, cos_z * cos + sin_z * sin * phi.cos()) * cos;
         }
     }
-    sum * 2.0 * PI / 144.0
+    sum * 2.0 * PI / 145.0
 }
 
 /// Radiances of a Perez sky; all 0 while the sun is down or nothing comes from the sky.
@@ -383,8 +388,7 @@ pub fn daylight(r: &PerezRequest) -> PerezAnswer {
     let unit = if r.output == 0 { WHITE_EFFICACY } else { 1.0 };
     let c = coefficients(zenith, clearness, brightness);
     let normalisation_factor = dome / integral(&c, zenith) / unit;
-    let disk = 4.0 * PI * (0.25 * SUN_DISK).to_radians().sin().powi(2);
-    let sun = if clearness > 1.0 { beam / disk / unit } else { 0.0 };
+    let sun = if clearness > 1.0 { beam / disk(SUN_DISK) / unit } else { 0.0 };
     let kind = match clearness {
         e if e <= 1.0 => 2,
         e if e >= 6.0 => 1,
@@ -453,7 +457,7 @@ mod tests {
         check(sky(4, 40.0), 18.08, 6.922, 0.9860, 9.934e5);
         check(CieRequest { zenith: Level::Radiance(3.0), ..sky(3, 10.0) }, 3.0, 0.6, 1.0, 0.0);
         let beam = CieRequest { solar: Level::Irradiance(200.0), ..sky(1, 30.0) };
-        check(beam, 6.312, 15.34, 0.3986, 200.0 / 3e-5);
+        check(beam, 6.312, 15.34, 0.3986, 6.688e6);
         let march = 0.679817f64.asin().to_degrees();
         let hazy = CieRequest { turbidity: 3.0, ground: 0.3, solar: Level::Radiance(1e6), ..sky(1, march) };
         check(hazy, 12.46, 9.950, 0.5381, 1e6);
