@@ -1,7 +1,7 @@
 //! The camera in Radiance's words, for the `VIEW=` line of HDR headers: lighting tools read angles from it.
 
 use hemilux_scene::geom::DVec3;
-use hemilux_scene::{Camera, Projection};
+use hemilux_scene::{Camera, Projection, ViewKind};
 
 /// A view, and whether it is one of the mirrored world.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +27,8 @@ pub fn view(camera: &Camera, size: [u32; 2], region: [u32; 4]) -> Option<View> {
     let (x0, x1, y0, y1) = (across(region[0]), across(region[1]), up(region[3]), up(region[2]));
     // Width and height of the view, and how far its middle is off the axis in units of these.
     let (width, height) = (x1 - x0, y1 - y0);
-    let (shift, lift) = (0.5 * (x0 + x1) / width, 0.5 * (y0 + y1) / height);
+    let (mut shift, mut lift) = (0.5 * (x0 + x1) / width, 0.5 * (y0 + y1) / height);
+    let fore = if let Projection::View(v) = camera.projection { v.fore } else { 0.0 };
     let (kind, vh, vv) = match camera.projection {
         Projection::Perspective { fov } => {
             let scale = (0.5 * fov as f64).to_radians().tan();
@@ -36,6 +37,16 @@ pub fn view(camera: &Camera, size: [u32; 2], region: [u32; 4]) -> Option<View> {
         }
         Projection::Orthographic => ("-vtl", width, height),
         Projection::Spherical { .. } => return None,
+        Projection::View(v) => {
+            // The part of the picture's plane that the region covers, and where its middle is.
+            let across = |x: u32| x as f64 / w - 0.5 + v.shift;
+            let up = |y: u32| 0.5 - y as f64 / h + v.lift;
+            let (x0, x1, y0, y1) = (across(region[0]), across(region[1]), up(region[3]), up(region[2]));
+            shift = 0.5 * (x0 + x1) / (x1 - x0);
+            lift = 0.5 * (y0 + y1) / (y1 - y0);
+            let vh = part_of(v.kind, v.horizontal, x1 - x0, v.kind == ViewKind::Cylindrical);
+            (option(v.kind), vh, part_of(v.kind, v.vertical, y1 - y0, false))
+        }
     };
     let m = &camera.to_world;
     let mirrored = m.matrix3.determinant() > 0.0;
@@ -45,16 +56,42 @@ pub fn view(camera: &Camera, size: [u32; 2], region: [u32; 4]) -> Option<View> {
     let vu = world(m.transform_vector3(DVec3::Y).normalize());
     let triple = |v: DVec3| v.to_array().map(number).join(" ");
     let text = format!(
-        "{kind} -vp {} -vd {} -vu {} -vh {} -vv {} -vo 0 -va 0 -vs {} -vl {}",
+        "{kind} -vp {} -vd {} -vu {} -vh {} -vv {} -vo {} -va 0 -vs {} -vl {}",
         triple(vp),
         triple(vd),
         triple(vu),
         number(vh),
         number(vv),
+        number(fore),
         number(shift),
         number(lift)
     );
     Some(View { text, mirrored })
+}
+
+/// The option that says which projection.
+fn option(kind: ViewKind) -> &'static str {
+    match kind {
+        ViewKind::Perspective => "-vtv",
+        ViewKind::Parallel => "-vtl",
+        ViewKind::Hemispherical => "-vth",
+        ViewKind::Angular => "-vta",
+        ViewKind::Cylindrical => "-vtc",
+        ViewKind::Planisphere => "-vts",
+    }
+}
+
+/// The size of a view that shows the part `share` of the plane of one of size `whole`.
+fn part_of(kind: ViewKind, whole: f64, share: f64, by_angle: bool) -> f64 {
+    let half = (0.5 * whole).to_radians();
+    let half = match kind {
+        ViewKind::Parallel | ViewKind::Angular => return whole * share,
+        _ if by_angle => return whole * share,
+        ViewKind::Perspective | ViewKind::Cylindrical => (half.tan() * share).atan(),
+        ViewKind::Hemispherical => (half.sin() * share).min(1.0).asin(),
+        ViewKind::Planisphere => 2.0 * ((0.5 * half).tan() * share).atan(),
+    };
+    2.0 * half.to_degrees()
 }
 
 /// Seven digits suffice for single precision; no minus before zero.

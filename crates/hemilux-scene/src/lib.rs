@@ -14,6 +14,6 @@ pub mod scene;
 pub mod spectrum;
 
 pub use diagnostic::{Diagnostic, Severity, SourceFile, SourceMap, Span};
-pub use import::{LoadError, LoadOptions, Loaded, load, load_pbrt_str};
+pub use import::{LoadError, LoadOptions, Loaded, load, load_pbrt_str, load_radiance_str};
 pub use scene::*;
 pub use spectrum::Rgb;

@@ -285,6 +285,39 @@ pub enum MaterialKind {
         /// Blend in [0, 1].
         amount: FloatParam,
     },
+    /// Given reflectances and transmittances rather than optical constants, from both sides (Radiance's `plastic`,
+    /// `metal`, `trans` and `mirror`).
+    Polished {
+        /// Albedo of diffuse reflection.
+        diffuse: Rgb,
+        /// Mirror or GGX reflectance.
+        specular: Rgb,
+        /// Albedo of diffuse transmission.
+        diffuse_transmission: Rgb,
+        /// Transmittance straight through, spread by half the roughness.
+        specular_transmission: Rgb,
+        /// GGX α; 0 is smooth.
+        alpha: f32,
+        /// The mirror grows to 1 towards grazing angles, what is below it fades likewise (smooth surfaces only).
+        fresnel: bool,
+    },
+    /// A thin pane of tinted glass: both interfaces and all inner reflections, no deviation.
+    TintedPane {
+        /// Index of the pane.
+        eta: f32,
+        /// Transmitted fraction of one passage at normal incidence, without the interfaces, in [0, 1].
+        transmissivity: Rgb,
+    },
+    /// A smooth interface between media that absorb. The loss along a segment is taken where the segment ends on such
+    /// an interface.
+    TintedDielectric {
+        /// Index inside (below the geometric normal) relative to outside.
+        eta: f32,
+        /// Transmitted fraction per metre inside, in [0, 1].
+        inside: Rgb,
+        /// Transmitted fraction per metre outside, in [0, 1].
+        outside: Rgb,
+    },
     /// No surface at all (a boundary of media): rays pass.
     Interface,
 }
@@ -504,9 +537,45 @@ pub struct Camera {
     pub span: Span,
 }
 
+/// How an architectural view maps directions to the plane of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewKind {
+    /// Rectilinear; sizes are angles in degrees, in (0, 180).
+    Perspective,
+    /// Parallel; sizes are metres.
+    Parallel,
+    /// Hemispherical fisheye (orthographic projection of the sphere): r = sin θ; sizes are angles in (0, 180].
+    Hemispherical,
+    /// Angular fisheye (equidistant): r = θ; sizes are angles in (0, 360].
+    Angular,
+    /// Cylinder: across by angle, in (0, 360]; up and down rectilinear, in (0, 180).
+    Cylindrical,
+    /// Planisphere (stereographic): r = tan(θ/2); sizes are angles in (0, 360).
+    Planisphere,
+}
+
+/// A view by kind and size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Projection.
+    pub kind: ViewKind,
+    /// Width of the picture: degrees, or metres of a parallel view.
+    pub horizontal: f64,
+    /// Height of the picture: degrees, or metres of a parallel view.
+    pub vertical: f64,
+    /// By how much of its width the picture is moved to the right.
+    pub shift: f64,
+    /// By how much of its height the picture is moved up.
+    pub lift: f64,
+    /// Where rays begin (m): distance from the eye, along the view direction for perspective and parallel views.
+    pub fore: f64,
+}
+
 /// The camera's projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
+    /// An architectural view; width and height are its own, whatever the aspect of the film.
+    View(View),
     /// Rectilinear; field of view across the shorter side of the film, degrees.
     Perspective {
         /// Field of view, degrees, in (0, 180).

@@ -340,7 +340,10 @@ fn broken_files() {
     for (files, expected) in [
         (&["empty.pbrt"][..], "empty.pbrt: error: empty file"),
         (&["ghost.pbrt"], "ghost.pbrt: error: no such file"),
-        (&["scene.obj"], "scene.obj: error: unknown kind of file: scenes are .pbrt or .pbrt.gz"),
+        (
+            &["scene.obj"],
+            "scene.obj: error: unknown kind of file: scenes are .pbrt, .rad, .oct, with views in .vf",
+        ),
         (&["folder.pbrt"], "folder.pbrt: error: is a directory, not a scene file"),
         (&["bad.pbrt.gz"], "bad.pbrt.gz: error: truncated gzip data"),
         (&["self.pbrt"], "self.pbrt:2:9: error: cyclic include: self.pbrt -> self.pbrt"),

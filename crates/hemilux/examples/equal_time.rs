@@ -4,7 +4,8 @@
 //!
 //! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=16`,
 //! `shadow=4`, `strategy=jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
-//! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). Beside a file called
+//! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
+//! a `.rad` scene is read too. Beside a file called
 //! `reference.exr`, its halves and mask are used.
 
 use hemilux::film::Film;
@@ -31,7 +32,12 @@ fn main() -> Result<(), Failure> {
         options.iter().find_map(|o| o.strip_prefix(&prefix)).unwrap_or(default).to_string()
     };
     let begin = Instant::now();
-    let loaded = load(&[PathBuf::from(scene_path)], &LoadOptions::default())?;
+    let mut paths = vec![PathBuf::from(scene_path)];
+    let view = paths[0].with_extension("vf");
+    if paths[0].extension().is_some_and(|e| e == "rad") && view.exists() {
+        paths.push(view);
+    }
+    let loaded = load(&paths, &LoadOptions::default())?;
     let (mut width, mut height) = (loaded.scene.film.width, loaded.scene.film.height);
     if let Some((w, h)) = option("size", "").split_once('x') {
         (width, height) = (w.parse()?, h.parse()?);

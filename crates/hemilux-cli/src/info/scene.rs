@@ -95,6 +95,9 @@ fn material(kind: &MaterialKind) -> &'static str {
         MaterialKind::CoatedConductor { .. } => "coatedconductor",
         MaterialKind::DiffuseTransmission { .. } => "diffusetransmission",
         MaterialKind::Mix { .. } => "mix",
+        MaterialKind::Polished { .. } => "polished",
+        MaterialKind::TintedPane { .. } => "tintedpane",
+        MaterialKind::TintedDielectric { .. } => "tinteddielectric",
         MaterialKind::Interface => "interface",
     }
 }
@@ -133,6 +136,7 @@ fn camera(scene: &Scene) -> Value {
     let projection = match c.projection {
         Projection::Perspective { fov } => format!("perspective, {fov} degrees across the shorter side"),
         Projection::Orthographic => "orthographic".into(),
+        Projection::View(v) => format!("{:?}, {} x {}", v.kind, v.horizontal, v.vertical).to_lowercase(),
         Projection::Spherical { equirectangular: true } => "spherical, equirectangular".into(),
         Projection::Spherical { equirectangular: false } => "spherical, equal-area".into(),
     };

@@ -24,6 +24,7 @@ mod pbrt_material;
 mod pbrt_shape;
 mod pbrt_texture;
 pub mod ply;
+mod radiance;
 mod spectra;
 mod suggest;
 mod texture_file;
@@ -130,9 +131,12 @@ impl Env {
 
 /// Load one scene from one or several files.
 ///
-/// The format is told by the extension: `.pbrt`, `.pbrt.gz`. Several files make one scene, as if concatenated, except
-/// that the options of all of them (what precedes `WorldBegin`; the whole of a file that has no `WorldBegin` but a
-/// camera, film or the like) are read before any of their worlds.
+/// The format is told by the extension: `.pbrt`, `.pbrt.gz`, or Radiance's `.rad`, `.rad.gz`, `.oct` and `.vf`.
+///
+/// Several pbrt files make one scene, as if concatenated, except that the options of all of them (what precedes
+/// `WorldBegin`; the whole of a file that has no `WorldBegin` but a camera, film or the like) are read before any of
+/// their worlds. Several Radiance files make one scene in their order; any of them may be a view (`.vf`, or a text whose
+/// first line begins with `rvu` or `VIEW=`).
 pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, LoadError> {
     let base = paths.first().and_then(|p| p.parent()).unwrap_or(Path::new("")).to_owned();
     let env = Rc::new(Env::new(base, options));
@@ -144,7 +148,7 @@ pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, LoadErro
         let file = env.files.borrow_mut().add_source(path.clone(), String::new(), None);
         let span = Span { file, ..Span::default() };
         match read_scene_file(&env, path) {
-            Ok(text) => texts.push((file, text)),
+            Ok(source) => texts.push((file, source)),
             Err(message) => env.log.error(span, message),
         }
     }
@@ -153,36 +157,81 @@ pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, LoadErro
 
 /// Load a pbrt scene from a text; names in it are relative to `base_dir`.
 pub fn load_pbrt_str(text: &str, base_dir: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    let env = Rc::new(Env::new(base_dir.to_owned(), options));
-    let file = {
-        let mut files = env.files.borrow_mut();
-        files.hash.write(text.as_bytes());
-        files.add_source(PathBuf::from("<text>"), String::new(), None)
-    };
-    if text.trim().is_empty() {
-        env.log.error(Span { file, ..Span::default() }, "empty file");
-        return import(env, Vec::new());
-    }
-    import(env, vec![(file, text.to_owned())])
+    load_texts(&[(text, Source::Pbrt)], base_dir, options)
 }
 
-fn read_scene_file(env: &Env, path: &Path) -> Result<String, String> {
+/// Load a Radiance scene from a text and perhaps the text of a view; names in it are relative to `base_dir`.
+pub fn load_radiance_str(
+    text: &str,
+    view: Option<&str>,
+    base_dir: &Path,
+    options: &LoadOptions,
+) -> Result<Loaded, LoadError> {
+    let rad = |text| Source::Radiance(radiance::Source::Rad(text));
+    let vf = |text| Source::Radiance(radiance::Source::View(text));
+    let mut texts: Vec<(&str, fn(String) -> Source)> = vec![(text, rad)];
+    texts.extend(view.map(|v| (v, vf as fn(String) -> Source)));
+    load_texts(&texts, base_dir, options)
+}
+
+fn load_texts(
+    texts: &[(&str, fn(String) -> Source)],
+    base_dir: &Path,
+    options: &LoadOptions,
+) -> Result<Loaded, LoadError> {
+    let env = Rc::new(Env::new(base_dir.to_owned(), options));
+    let mut sources = Vec::new();
+    for (i, (text, kind)) in texts.iter().enumerate() {
+        let name = if i == 0 { "<text>" } else { "<view>" };
+        let file = {
+            let mut files = env.files.borrow_mut();
+            files.hash.write(text.as_bytes());
+            files.add_source(PathBuf::from(name), String::new(), None)
+        };
+        if text.trim().is_empty() {
+            env.log.error(Span { file, ..Span::default() }, "empty file");
+        }
+        sources.push((file, kind((*text).to_owned())));
+    }
+    import(env, sources)
+}
+
+/// The contents of a scene file by format.
+enum Source {
+    Pbrt(String),
+    Radiance(radiance::Source),
+}
+
+fn read_scene_file(env: &Env, path: &Path) -> Result<Source, String> {
+    use radiance::Source as Rad;
     if path.is_dir() {
         return Err("is a directory, not a scene file".into());
     }
     let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
-    if !stem.ends_with(".pbrt") {
-        if !path.exists() {
-            return Err("no such file".into());
-        }
-        return Err("unknown kind of file: scenes are .pbrt or .pbrt.gz".into());
+    let extension = stem.rsplit_once('.').map_or("", |e| e.1);
+    let known = ["pbrt", "rad", "oct", "vf"].contains(&extension);
+    if !known && !path.exists() {
+        return Err("no such file".into());
     }
     let bytes = env.read(path)?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err("empty file".into());
     }
-    Ok(text_of(bytes))
+    Ok(match extension {
+        "pbrt" => Source::Pbrt(text_of(bytes)),
+        "rad" => Source::Radiance(Rad::Rad(text_of(bytes))),
+        "oct" => Source::Radiance(Rad::Octree(bytes)),
+        "vf" => Source::Radiance(Rad::View(text_of(bytes))),
+        _ if radiance::octree::is_octree(&bytes) => Source::Radiance(Rad::Octree(bytes)),
+        _ => {
+            let text = text_of(bytes);
+            if !radiance::view::is_view(&text) {
+                return Err("unknown kind of file: scenes are .pbrt, .rad, .oct, with views in .vf".into());
+            }
+            Source::Radiance(Rad::View(text))
+        }
+    })
 }
 
 fn text_of(bytes: Vec<u8>) -> String {
@@ -192,8 +241,8 @@ fn text_of(bytes: Vec<u8>) -> String {
     }
 }
 
-fn import(env: Rc<Env>, texts: Vec<(u32, String)>) -> Result<Loaded, LoadError> {
-    let scene = if env.log.errors() == 0 { parser::read(&env, texts) } else { None };
+fn import(env: Rc<Env>, sources: Vec<(u32, Source)>) -> Result<Loaded, LoadError> {
+    let scene = if env.log.errors() == 0 { read_sources(&env, sources) } else { None };
     let fallback = || Env::new(PathBuf::new(), &LoadOptions::default());
     let env = Rc::try_unwrap(env).unwrap_or_else(|_| fallback());
     let sources = env.files.into_inner().sources;
@@ -212,5 +261,24 @@ fn import(env: Rc<Env>, texts: Vec<(u32, String)>) -> Result<Loaded, LoadError> 
             }
             Err(LoadError { diagnostics, sources })
         }
+    }
+}
+
+fn read_sources(env: &Rc<Env>, sources: Vec<(u32, Source)>) -> Option<Scene> {
+    let (mut pbrt, mut rad) = (Vec::new(), Vec::new());
+    for (file, source) in sources {
+        match source {
+            Source::Pbrt(text) => pbrt.push((file, text)),
+            Source::Radiance(source) => rad.push((file, source)),
+        }
+    }
+    match (pbrt.is_empty(), rad.first()) {
+        (false, Some((file, _))) => {
+            let span = Span { file: *file, ..Span::default() };
+            env.log.error(span, "pbrt and Radiance files do not make one scene");
+            None
+        }
+        (true, Some(_)) => radiance::read(env, rad),
+        _ => parser::read(env, pbrt),
     }
 }

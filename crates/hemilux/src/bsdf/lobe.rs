@@ -1,6 +1,7 @@
 //! One lobe of a surface: what it scatters, its own chart of the unit square, and its density.
 
 use super::coat::{Coat, alpha_coordinate};
+use super::energy::single_scattering;
 use super::fresnel;
 use super::ggx::{GRAZING, Ggx};
 use super::{BsdfSample, Transport};
@@ -18,6 +19,15 @@ pub enum LobeClass {
     Glossy,
     /// One direction, or two.
     Delta,
+}
+
+/// Cosine of the direction that radiance leaves to: `wo` of camera paths, `wi` of particles.
+#[inline]
+fn view(wo: f32, wi: f32, t: Transport) -> f32 {
+    match t {
+        Transport::Radiance => wo,
+        Transport::Flux => wi,
+    }
 }
 
 /// Which half of a rough dielectric a lobe is.
@@ -42,11 +52,52 @@ pub(super) enum Shape {
     /// A smooth coat on a smooth metal, its own reflection included. `eta` and `k` are relative to the coat.
     CoatedMirror { coat_eta: f32, eta: Rgb, k: Rgb, weight: f32 },
     /// Smooth interface: two branches.
-    Glass { eta: f32, weight: f32 },
+    Glass { eta: f32, weight: Rgb },
     /// Rough interface. A `Reflect` lobe is always followed by its `Transmit` twin.
     RoughGlass { eta: f32, ggx: Ggx, event: Event, weight: f32 },
     /// Both interfaces of a thin pane: two branches.
     Pane { eta: f32, weight: f32 },
+    /// The same for each polarisation by itself, with transmissivity `tint` of one passage at normal incidence.
+    TintedPane { eta: f32, tint: Rgb, weight: f32 },
+    /// Mirror or GGX facets of given reflectance, whatever direction they are seen from; hence not reciprocal where rough.
+    /// Transmission is their reflection thrown to the other side. With `grazing`
+    /// (smooth only) the reflectance grows to 1 as [`fresnel::polish`] does, and the transmittance fades.
+    Facets { colour: Rgb, grazing: bool, ggx: Ggx, event: Event, weight: f32 },
+    /// What [`fresnel::polish`] leaves for a Lambertian base: albedo (1 - F(view)) / π. Not reciprocal.
+    Base { albedo: Rgb, event: Event },
+}
+
+/// Factor of a `Facets` lobe at `cos` to the facet's normal.
+#[inline]
+fn facet_colour(colour: Rgb, grazing: bool, event: Event, cos: f32) -> Rgb {
+    if !grazing {
+        return colour;
+    }
+    let f = fresnel::polish(cos);
+    let rest = colour * (1.0 - f);
+    if event == Event::Reflect { rest + Rgb::splat(f) } else { rest }
+}
+
+/// Reflectance and transmittance of a tinted pane with all inner reflections, the mean of both polarisations.
+#[inline]
+fn tinted_pane(cos: f32, eta: f32, tint: Rgb) -> (Rgb, Rgb) {
+    let sin2 = (1.0 - cos * cos) / (eta * eta);
+    if sin2 >= 1.0 {
+        return (Rgb::WHITE, Rgb::BLACK);
+    }
+    let inner = (1.0 - sin2).sqrt();
+    let s = (cos - eta * inner) / (cos + eta * inner);
+    let p = (eta * cos - inner) / (eta * cos + inner);
+    let (mut reflected, mut transmitted) = (Rgb::BLACK, Rgb::BLACK);
+    for r in [s * s, p * p] {
+        for band in 0..3 {
+            let t = tint[band].powf(1.0 / inner);
+            let through = (1.0 - r) * (1.0 - r) / (1.0 - r * r * t * t).max(1e-12);
+            reflected.0[band] += 0.5 * (r + through * r * t * t).min(1.0);
+            transmitted.0[band] += 0.5 * through * t;
+        }
+    }
+    (reflected, transmitted)
 }
 
 /// One term of a [`Bsdf`](super::Bsdf). Directions as there.
@@ -187,13 +238,21 @@ impl Lobe {
     #[inline]
     pub fn kind(&self) -> LobeClass {
         match self.0 {
-            Shape::Lambert { .. } | Shape::Undercoat { .. } => LobeClass::Diffuse,
-            Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } if ggx.is_smooth() => LobeClass::Delta,
+            Shape::Lambert { .. } | Shape::Undercoat { .. } | Shape::Base { .. } => LobeClass::Diffuse,
+            Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } | Shape::Facets { ggx, .. }
+                if ggx.is_smooth() =>
+            {
+                LobeClass::Delta
+            }
             Shape::Metal { .. }
             | Shape::Gloss { .. }
+            | Shape::Facets { .. }
             | Shape::CoatedMetal { .. }
             | Shape::RoughGlass { .. } => LobeClass::Glossy,
-            Shape::CoatedMirror { .. } | Shape::Glass { .. } | Shape::Pane { .. } => LobeClass::Delta,
+            Shape::CoatedMirror { .. }
+            | Shape::Glass { .. }
+            | Shape::Pane { .. }
+            | Shape::TintedPane { .. } => LobeClass::Delta,
         }
     }
 
@@ -210,18 +269,25 @@ impl Lobe {
                 | Shape::RoughGlass { event: Event::Transmit, .. }
                 | Shape::Glass { .. }
                 | Shape::Pane { .. }
+                | Shape::TintedPane { .. }
+                | Shape::Facets { event: Event::Transmit, .. }
+                | Shape::Base { event: Event::Transmit, .. }
         )
     }
 
     /// Roughness: GGX α (geometric mean of the two), 1 for diffuse lobes, 0 for delta lobes.
     pub fn alpha(&self) -> f32 {
         match self.0 {
-            Shape::Lambert { .. } | Shape::Undercoat { .. } => 1.0,
+            Shape::Lambert { .. } | Shape::Undercoat { .. } | Shape::Base { .. } => 1.0,
             Shape::Metal { ggx, .. }
             | Shape::Gloss { ggx, .. }
+            | Shape::Facets { ggx, .. }
             | Shape::CoatedMetal { ggx, .. }
             | Shape::RoughGlass { ggx, .. } => ggx.mean(),
-            Shape::CoatedMirror { .. } | Shape::Glass { .. } | Shape::Pane { .. } => 0.0,
+            Shape::CoatedMirror { .. }
+            | Shape::Glass { .. }
+            | Shape::Pane { .. }
+            | Shape::TintedPane { .. } => 0.0,
         }
     }
 
@@ -233,6 +299,22 @@ impl Lobe {
             Shape::Lambert { albedo, event } => {
                 let matches = if event == Event::Reflect { same_side } else { wo.z * wi.z < 0.0 };
                 if matches { albedo * FRAC_1_PI } else { Rgb::BLACK }
+            }
+            Shape::Base { albedo, event } => {
+                if same_side != (event == Event::Reflect) {
+                    return Rgb::BLACK;
+                }
+                albedo * (fresnel::base(view(wo.z, wi.z, t).abs()) * FRAC_1_PI)
+            }
+            Shape::Facets { colour, ggx, event, weight, .. } => {
+                let sides = same_side == (event == Event::Reflect);
+                if ggx.is_smooth() || !sides || grazing(wo) || grazing(wi) {
+                    return Rgb::BLACK;
+                }
+                let (wo, wi) = (raised(wo).0, raised(wi).0);
+                let h = (wo + wi).normalize_or_zero();
+                let kept = single_scattering(view(wo.z, wi.z, t), ggx.mean());
+                colour * (ggx.visibility(wo, wi) * ggx.distribution(h) * weight / kept)
             }
             Shape::Undercoat { scale, coat, .. } => {
                 if !same_side {
@@ -266,7 +348,10 @@ impl Lobe {
                 }
                 self.eval_glossy_reflection(raised(wo).0, raised(wi).0)
             }
-            Shape::CoatedMirror { .. } | Shape::Glass { .. } | Shape::Pane { .. } => Rgb::BLACK,
+            Shape::CoatedMirror { .. }
+            | Shape::Glass { .. }
+            | Shape::Pane { .. }
+            | Shape::TintedPane { .. } => Rgb::BLACK,
         }
     }
 
@@ -306,9 +391,17 @@ impl Lobe {
     pub(super) fn density(&self, wo: Vec3, wi: Vec3, chosen: bool) -> f32 {
         let same_side = wo.z * wi.z > 0.0;
         match self.0 {
-            Shape::Lambert { event, .. } => {
+            Shape::Lambert { event, .. } | Shape::Base { event, .. } => {
                 let matches = if event == Event::Reflect { same_side } else { wo.z * wi.z < 0.0 };
                 if matches { wi.z.abs() * FRAC_1_PI } else { 0.0 }
+            }
+            Shape::Facets { ggx, event, .. } => {
+                let sides = same_side == (event == Event::Reflect);
+                if ggx.is_smooth() || !sides || grazing(wo) || grazing(wi) {
+                    return 0.0;
+                }
+                let (wo, wi) = (raised(wo).0, raised(wi).0);
+                0.25 * ggx.visible_density(wo, (wo + wi).normalize_or_zero())
             }
             Shape::Undercoat { .. } => {
                 if same_side {
@@ -355,7 +448,10 @@ impl Lobe {
                 let h = (inner_o + inner_i).normalize_or_zero();
                 0.25 * ggx.visible_density(inner_o, h) * wi.z.abs() / (coat.eta * coat.eta * inner_i.z)
             }
-            Shape::CoatedMirror { .. } | Shape::Glass { .. } | Shape::Pane { .. } => 0.0,
+            Shape::CoatedMirror { .. }
+            | Shape::Glass { .. }
+            | Shape::Pane { .. }
+            | Shape::TintedPane { .. } => 0.0,
         }
     }
 
@@ -374,6 +470,9 @@ impl Lobe {
             Shape::Undercoat { scale, coat, .. } => sample_cosine(wo, u, Event::Reflect, |mu| {
                 scale * (coat.transmittance(wo.z.abs()) * coat.transmittance(mu))
             }),
+            Shape::Base { albedo, event } => {
+                sample_cosine(wo, u, event, |mu| albedo * fresnel::base(view(wo.z.abs(), mu, t)))
+            }
             _ if self.is_delta() => self.sample_delta(wo, choice, t),
             _ if grazing(wo) => None,
             Shape::RoughGlass { eta, ggx, event, weight } => {
@@ -404,6 +503,16 @@ impl Lobe {
                     ..BsdfSample::REFLECTION
                 })
             }
+            Shape::Facets { colour, ggx, event, weight, .. } => {
+                let (up, sign) = raised(wo);
+                let (wi, _, shadowing, pdf) = sample_reflection(ggx, up, u)?;
+                let transmitted = event == Event::Transmit;
+                let sign = if transmitted { -sign } else { sign };
+                let wi = Vec3::new(wi.x, wi.y, wi.z * sign);
+                let kept = single_scattering(view(up.z, wi.z.abs(), t), ggx.mean());
+                let weight = colour * (weight * shadowing / kept);
+                Some(BsdfSample { wi, weight, pdf, transmitted, ..BsdfSample::REFLECTION })
+            }
             Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } => {
                 let (up, sign) = raised(wo);
                 let (wi, h, shadowing, pdf) = sample_reflection(ggx, up, u)?;
@@ -416,7 +525,10 @@ impl Lobe {
                 let wi = Vec3::new(wi.x, wi.y, wi.z * sign);
                 Some(BsdfSample { wi, weight: reflected * shadowing, pdf, ..BsdfSample::REFLECTION })
             }
-            Shape::CoatedMirror { .. } | Shape::Glass { .. } | Shape::Pane { .. } => None,
+            Shape::CoatedMirror { .. }
+            | Shape::Glass { .. }
+            | Shape::Pane { .. }
+            | Shape::TintedPane { .. } => None,
         }
     }
 
@@ -478,10 +590,10 @@ impl Lobe {
         let cos = wo.z.abs();
         let reflection = |weight: Rgb| Branch { wi: mirrored(wo), weight, transmitted: false, eta: 1.0 };
         let single = |weight: Rgb| [Some(reflection(weight)), None];
-        let both = |weight: f32, r: f32, wi: Vec3, eta: f32| {
-            let through = weight * (1.0 - r) * compression(eta, t);
-            let transmission = Branch { wi, weight: Rgb::splat(through), transmitted: true, eta };
-            [(r > 0.0).then(|| reflection(Rgb::splat(weight * r))), (r < 1.0).then_some(transmission)]
+        let both = |weight: Rgb, r: f32, wi: Vec3, eta: f32| {
+            let through = weight * ((1.0 - r) * compression(eta, t));
+            let transmission = Branch { wi, weight: through, transmitted: true, eta };
+            [(r > 0.0).then(|| reflection(weight * r)), (r < 1.0).then_some(transmission)]
         };
         match self.0 {
             Shape::Metal { eta, k, weight, .. } => single(fresnel::conductor(cos, eta, k) * weight),
@@ -494,7 +606,23 @@ impl Lobe {
                 let (r, cos_t) = fresnel::dielectric_refracted(cos, eta);
                 both(weight, r, refracted(wo, eta, cos_t), eta)
             }
-            Shape::Pane { eta, weight } => both(weight, pane_reflectance(cos, eta), -wo, 1.0),
+            Shape::Pane { eta, weight } => both(Rgb::splat(weight), pane_reflectance(cos, eta), -wo, 1.0),
+            Shape::TintedPane { eta, tint, weight } => {
+                let (r, through) = tinted_pane(cos, eta, tint);
+                let transmission = Branch { wi: -wo, weight: through * weight, transmitted: true, eta: 1.0 };
+                [
+                    (!r.is_black()).then(|| reflection(r * weight)),
+                    (!through.is_black()).then_some(transmission),
+                ]
+            }
+            Shape::Facets { colour, grazing, event, weight, .. } => {
+                let weight = facet_colour(colour, grazing, event, cos) * weight;
+                match event {
+                    _ if weight.is_black() => [None; 2],
+                    Event::Reflect => single(weight),
+                    Event::Transmit => [None, Some(Branch { wi: -wo, weight, transmitted: true, eta: 1.0 })],
+                }
+            }
             _ => [None; 2],
         }
     }
@@ -521,7 +649,16 @@ impl Lobe {
             Shape::CoatedMirror { coat_eta, eta, k, weight } => {
                 coated_mirror_reflectance(cos, coat_eta, eta, k) * weight
             }
-            Shape::Glass { weight, .. } | Shape::Pane { weight, .. } => Rgb::splat(weight),
+            Shape::Glass { weight, .. } => weight,
+            Shape::Pane { weight, .. } => Rgb::splat(weight),
+            Shape::TintedPane { eta, tint, weight } => {
+                let (r, through) = tinted_pane(cos, eta, tint);
+                (r + through) * weight
+            }
+            Shape::Facets { colour, grazing, event, weight, .. } => {
+                facet_colour(colour, grazing, event, cos) * weight
+            }
+            Shape::Base { albedo, .. } => albedo * fresnel::base(cos),
             Shape::RoughGlass { eta, event, weight, .. } => {
                 let r = fresnel::dielectric(cos, relative(eta, wo));
                 Rgb::splat(weight * if event == Event::Reflect { r } else { 1.0 - r })
@@ -538,14 +675,16 @@ impl Lobe {
     /// The lobe times `k`.
     pub(super) fn scaled(mut self, k: f32) -> Lobe {
         match &mut self.0 {
-            Shape::Lambert { albedo, .. } => *albedo *= k,
+            Shape::Lambert { albedo, .. } | Shape::Base { albedo, .. } => *albedo *= k,
+            Shape::Glass { weight, .. } => *weight *= k,
             Shape::Undercoat { scale, .. } => *scale *= k,
             Shape::Metal { weight, .. }
             | Shape::Gloss { weight, .. }
             | Shape::CoatedMetal { weight, .. }
             | Shape::CoatedMirror { weight, .. }
-            | Shape::Glass { weight, .. }
             | Shape::RoughGlass { weight, .. }
+            | Shape::Facets { weight, .. }
+            | Shape::TintedPane { weight, .. }
             | Shape::Pane { weight, .. } => *weight *= k,
         }
         self
@@ -554,14 +693,18 @@ impl Lobe {
     /// Whether the lobe never scatters anything.
     pub(super) fn is_black(&self) -> bool {
         match self.0 {
-            Shape::Lambert { albedo, .. } => albedo.is_black(),
+            Shape::Lambert { albedo, .. } | Shape::Base { albedo, .. } => albedo.is_black(),
+            Shape::Glass { weight, .. } => weight.is_black(),
+            Shape::Facets { colour, grazing, event, weight, .. } => {
+                weight == 0.0 || (colour.is_black() && !(grazing && event == Event::Reflect))
+            }
             Shape::Undercoat { scale, .. } => scale.is_black(),
             Shape::Gloss { eta, weight, .. } => weight == 0.0 || eta == 1.0,
             Shape::Metal { weight, .. }
             | Shape::CoatedMetal { weight, .. }
             | Shape::CoatedMirror { weight, .. }
-            | Shape::Glass { weight, .. }
             | Shape::RoughGlass { weight, .. }
+            | Shape::TintedPane { weight, .. }
             | Shape::Pane { weight, .. } => weight == 0.0,
         }
     }

@@ -13,6 +13,9 @@
 //! | [`Bsdf::coated_diffuse`] | gloss, undercoat | inner interreflections of a Lambertian base as a geometric series |
 //! | [`Bsdf::coated_conductor`] | gloss, coated metal; or one mirror | refracted facets, interreflections as a geometric series |
 //! | [`Bsdf::diffuse_transmission`] | Lambert, Lambert through | |
+//! | [`Bsdf::polished`] | Lambert and facets, both ways | given reflectances, GGX without Fresnel term |
+//! | [`Bsdf::tinted_pane`] | pane | each polarisation, absorption |
+//! | [`Bsdf::tinted_dielectric`] | glass | exact Fresnel, weakened |
 //! | [`Bsdf::mix`] | those of both | |
 //!
 //! Reflection acts alike on both sides of a surface (metals, coats, Lambert). Grazing directions (|cos θ| < 1e-6 for
@@ -42,6 +45,7 @@
 //! one. Index of rough coats and of coats over metals: [1, 3], clamped.
 
 mod coat;
+mod energy;
 pub mod fresnel;
 mod ggx;
 mod lobe;
@@ -210,7 +214,7 @@ impl Bsdf {
     pub fn dielectric(eta: f32, alpha: [f32; 2]) -> Bsdf {
         let (eta, ggx) = (index(eta), Ggx::new(alpha));
         if ggx.is_smooth() || (eta - 1.0).abs() < NO_REFRACTION {
-            return Bsdf::one(Shape::Glass { eta, weight: 1.0 });
+            return Bsdf::one(Shape::Glass { eta, weight: Rgb::WHITE });
         }
         let half = |event| Shape::RoughGlass { eta, ggx, event, weight: 1.0 };
         Bsdf::two(half(Event::Reflect), half(Event::Transmit))
@@ -219,6 +223,43 @@ impl Bsdf {
     /// A pane of index `eta` too thin to displace rays: reflectance R + T² R / (1 - R²) of the unpolarised R, the rest straight on.
     pub fn thin_dielectric(eta: f32) -> Bsdf {
         Bsdf::one(Shape::Pane { eta: index(eta), weight: 1.0 })
+    }
+
+    /// [`Bsdf::thin_dielectric`] of tinted glass, each polarisation by itself: `tint` in [0, 1] (clamped) is the transmissivity of one
+    /// passage at normal incidence; a passage at inner cosine c transmits `tint`^(1/c).
+    pub fn tinted_pane(eta: f32, tint: Rgb) -> Bsdf {
+        Bsdf::one(Shape::TintedPane { eta: index(eta), tint: albedo(tint), weight: 1.0 })
+    }
+
+    /// A smooth [`Bsdf::dielectric`] all of whose outcomes are weakened by `tint` in [0, 1] (clamped): what an absorbing medium
+    /// has left of them on the way here.
+    pub fn tinted_dielectric(eta: f32, tint: Rgb) -> Bsdf {
+        Bsdf::one(Shape::Glass { eta: index(eta), weight: albedo(tint) })
+    }
+
+    /// Given reflectances and transmittances, diffuse and specular, from both sides; each in [0, 1] (clamped), their sum is the
+    /// caller's business. Specular reflection is a mirror or GGX facets of roughness `alpha` without Fresnel term, scaled to reflect
+    /// what is given in all from wherever they are seen; specular transmission goes straight on, spread by facets of half that
+    /// roughness.
+    ///
+    /// With `grazing` a smooth surface's mirror grows to 1 towards grazing angles, r + F (1 - r) with [`fresnel::polish`]; what lies
+    /// below fades by 1 - F of the direction it is seen from. That is how Radiance has it: everything comes back from uniform
+    /// surroundings. Neither this Lambertian part nor the scaled facets are reciprocal; particles use their adjoint.
+    pub fn polished(diffuse: [Rgb; 2], specular: [Rgb; 2], alpha: f32, grazing: bool) -> Bsdf {
+        let (facets, through) = (Ggx::new([alpha; 2]), Ggx::new([0.5 * alpha; 2]));
+        let grazing = grazing && facets.is_smooth();
+        let mut bsdf = Bsdf::none();
+        for (albedo, event) in diffuse.map(albedo).into_iter().zip([Event::Reflect, Event::Transmit]) {
+            bsdf.push(Lobe(match grazing {
+                true => Shape::Base { albedo, event },
+                false => Shape::Lambert { albedo, event },
+            }));
+        }
+        let kinds = [(facets, Event::Reflect), (through, Event::Transmit)];
+        for (colour, (ggx, event)) in specular.map(albedo).into_iter().zip(kinds) {
+            bsdf.push(Lobe(Shape::Facets { colour, grazing, ggx, event, weight: 1.0 }));
+        }
+        bsdf
     }
 
     /// Varnish: a coat of index `eta` and roughness `alpha` over a Lambertian base, from both sides. Under a smooth coat

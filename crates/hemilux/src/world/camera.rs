@@ -4,7 +4,7 @@
 //! samples belong to one pixel alone and carry a signed weight of mean one.
 
 use hemilux_scene::geom::{DVec3, Vec2, Vec3};
-use hemilux_scene::{Camera, Filter, Projection, Scene};
+use hemilux_scene::{Camera, Filter, Projection, Scene, View, ViewKind};
 
 /// A prepared camera.
 #[derive(Clone, Debug)]
@@ -53,7 +53,16 @@ impl Lens {
         let py = (y as f64 + 0.5 + offset.y as f64) / self.height;
         let [x0, x1, y0, y1] = self.window;
         let screen = DVec3::new(x0 + px * (x1 - x0), y1 - py * (y1 - y0), 0.0);
+        let mut weight = weight;
         let (origin, dir) = match self.camera.projection {
+            Projection::View(v) => match view_ray(&v, px - 0.5 + v.shift, 0.5 - py + v.lift) {
+                Some(ray) => ray,
+                None => {
+                    // Outside the image circle nothing is seen.
+                    weight = 0.0;
+                    (DVec3::ZERO, DVec3::Z)
+                }
+            },
             Projection::Perspective { .. } => {
                 let d = DVec3::new(screen.x * self.tan_half, screen.y * self.tan_half, 1.0);
                 self.through_lens(DVec3::ZERO, d, u_lens)
@@ -79,6 +88,43 @@ impl Lens {
         let focus = origin + d * (self.camera.focal_distance as f64 / d.z);
         let start = origin + DVec3::new(x * radius, y * radius, 0.0);
         (start, focus - start)
+    }
+}
+
+/// Ray of an architectural view (x right, y up, z forward) through (`x`, `y`) of its plane, in units of the picture's width
+/// and height from the axis; `None` outside the image circle. The direction is not normalised.
+fn view_ray(v: &View, x: f64, y: f64) -> Option<(DVec3, DVec3)> {
+    let half = |degrees: f64| (0.5 * degrees).to_radians();
+    let (h, w) = (half(v.horizontal), half(v.vertical));
+    let ray = |d: DVec3, fore: f64| Some((d * fore, d));
+    match v.kind {
+        ViewKind::Perspective => ray(DVec3::new(2.0 * x * h.tan(), 2.0 * y * w.tan(), 1.0), v.fore),
+        ViewKind::Parallel => Some((DVec3::new(x * v.horizontal, y * v.vertical, v.fore), DVec3::Z)),
+        ViewKind::Hemispherical => {
+            let (x, y) = (2.0 * x * h.sin(), 2.0 * y * w.sin());
+            let z2 = 1.0 - x * x - y * y;
+            if z2 < 0.0 { None } else { ray(DVec3::new(x, y, z2.sqrt()), v.fore) }
+        }
+        ViewKind::Cylindrical => {
+            let (sin, cos) = (2.0 * x * h).sin_cos();
+            ray(DVec3::new(sin, 2.0 * y * w.tan(), cos), v.fore)
+        }
+        ViewKind::Angular => {
+            // The angle from the axis is proportional to the distance from the middle.
+            let (x, y) = (2.0 * x * h, 2.0 * y * w);
+            let angle = x.hypot(y);
+            if angle > std::f64::consts::PI {
+                return None;
+            }
+            let sinc = if angle > 0.0 { angle.sin() / angle } else { 1.0 };
+            ray(DVec3::new(x * sinc, y * sinc, angle.cos()), v.fore)
+        }
+        ViewKind::Planisphere => {
+            // Stereographic: 2 tan(θ/2) from the middle.
+            let (x, y) = (2.0 * x * (0.5 * h).tan(), 2.0 * y * (0.5 * w).tan());
+            let d2 = x * x + y * y;
+            ray(DVec3::new(2.0 * x, 2.0 * y, 1.0 - d2) / (1.0 + d2), v.fore)
+        }
     }
 }
 
@@ -208,6 +254,57 @@ fn mitchell(x: f64, b: f64, c: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn near(a: DVec3, b: [f64; 3]) {
+        assert!((a.normalize() - DVec3::from(b).normalize()).length() < 1e-12, "{a} {b:?}");
+    }
+
+    fn a_view(kind: ViewKind, horizontal: f64, vertical: f64) -> View {
+        View { kind, horizontal, vertical, shift: 0.0, lift: 0.0, fore: 0.0 }
+    }
+
+    /// Edges and middles of the six projections in closed form, and circles in the ratio of their laws of radius.
+    #[test]
+    fn views_map_angles_as_their_names_say() {
+        let at = |v: &View, x: f64, y: f64| view_ray(v, x, y).unwrap().1;
+        let tan = |d: f64| d.to_radians().tan();
+        let v = a_view(ViewKind::Perspective, 90.0, 60.0);
+        near(at(&v, 0.0, 0.0), [0.0, 0.0, 1.0]);
+        near(at(&v, 0.5, 0.0), [1.0, 0.0, 1.0]);
+        near(at(&v, 0.0, -0.5), [0.0, -tan(30.0), 1.0]);
+        near(at(&v, 0.25, 0.0), [0.5, 0.0, 1.0]);
+        let polar = |degrees: f64| [degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()];
+        // Hemispherical: r = sin θ.
+        let v = a_view(ViewKind::Hemispherical, 180.0, 180.0);
+        near(at(&v, 0.5, 0.0), [1.0, 0.0, 0.0]);
+        near(at(&v, 0.25, 0.0), polar(30.0));
+        assert!(view_ray(&v, 0.4, 0.4).is_none());
+        near(at(&a_view(ViewKind::Hemispherical, 60.0, 60.0), 0.5, 0.0), polar(30.0));
+        // Angular: r = θ.
+        let v = a_view(ViewKind::Angular, 360.0, 360.0);
+        for degrees in [0.0, 45.0, 90.0, 135.0, 179.0] {
+            near(at(&v, degrees / 360.0, 0.0), polar(degrees));
+        }
+        assert!(view_ray(&v, 0.4, 0.4).is_none());
+        near(at(&a_view(ViewKind::Angular, 180.0, 180.0), 0.0, 0.25), [0.0, 0.5f64.sqrt(), 0.5f64.sqrt()]);
+        // Planisphere: r = tan(θ/2).
+        let v = a_view(ViewKind::Planisphere, 180.0, 180.0);
+        near(at(&v, 0.5, 0.0), polar(90.0));
+        near(at(&v, 0.5 * tan(30.0), 0.0), polar(60.0));
+        near(at(&v, 0.5 * tan(60.0), 0.0), polar(120.0));
+        // Cylinder: across by angle, up by tangent.
+        let v = a_view(ViewKind::Cylindrical, 360.0, 90.0);
+        near(at(&v, 0.25, 0.0), [1.0, 0.0, 0.0]);
+        near(at(&v, -0.125, 0.0), [-1.0, 0.0, 1.0]);
+        near(at(&v, 0.5, 0.5), [0.0, 1.0, -1.0]);
+        // Parallel: by metres.
+        let (p, d) =
+            view_ray(&View { fore: 2.0, ..a_view(ViewKind::Parallel, 4.0, 3.0) }, 0.5, -0.5).unwrap();
+        assert_eq!((p, d), (DVec3::new(2.0, -1.5, 2.0), DVec3::Z));
+        let (p, d) =
+            view_ray(&View { fore: 3.0, ..a_view(ViewKind::Perspective, 90.0, 90.0) }, 0.5, 0.0).unwrap();
+        assert_eq!((p.z, d.z), (3.0, 1.0));
+    }
 
     #[test]
     fn every_filter_has_mean_weight_one_and_no_offset_on_average() {

@@ -66,6 +66,15 @@ pub(crate) fn convert(q: hemilux_scene::Quadric) -> accel::Quadric {
     }
 }
 
+/// The straight way that ended on a surface.
+#[derive(Clone, Copy)]
+struct Segment {
+    /// m.
+    length: f32,
+    /// Whether it came from the side of the geometric normal.
+    outside: bool,
+}
+
 /// A placed object.
 pub(crate) struct Placement {
     /// Index into `World::groups`.
@@ -232,10 +241,11 @@ impl World {
     /// How the surface scatters at this point, in its shading frame.
     #[inline]
     pub fn bsdf(&self, s: &Surface) -> Bsdf {
-        self.material_bsdf(self.shape(s.group, s.shape).material, &s.texture_point())
+        let behind = Segment { length: s.t, outside: s.is_front(s.wo) };
+        self.material_bsdf(self.shape(s.group, s.shape).material, &s.texture_point(), behind)
     }
 
-    fn material_bsdf(&self, id: MaterialId, at: &TexturePoint) -> Bsdf {
+    fn material_bsdf(&self, id: MaterialId, at: &TexturePoint, behind: Segment) -> Bsdf {
         let rgb = |p| texture::rgb(&self.scene, p, at).map(|v| v.max(0.0));
         // Reflectances above 1 would create energy.
         let albedo = |p| rgb(p).map(|v| v.min(1.0));
@@ -272,10 +282,32 @@ impl World {
             MaterialKind::Mix { a, b, amount } => {
                 let t = texture::float(&self.scene, *amount, at).clamp(0.0, 1.0);
                 match t {
-                    0.0 => self.material_bsdf(*a, at),
-                    1.0 => self.material_bsdf(*b, at),
-                    _ => Bsdf::mix(&self.material_bsdf(*a, at), &self.material_bsdf(*b, at), t),
+                    0.0 => self.material_bsdf(*a, at, behind),
+                    1.0 => self.material_bsdf(*b, at, behind),
+                    _ => {
+                        let (a, b) = (self.material_bsdf(*a, at, behind), self.material_bsdf(*b, at, behind));
+                        Bsdf::mix(&a, &b, t)
+                    }
                 }
+            }
+            MaterialKind::Polished {
+                diffuse,
+                specular,
+                diffuse_transmission,
+                specular_transmission,
+                alpha,
+                fresnel,
+            } => Bsdf::polished(
+                [*diffuse, *diffuse_transmission],
+                [*specular, *specular_transmission],
+                *alpha,
+                *fresnel,
+            ),
+            MaterialKind::TintedPane { eta, transmissivity } => Bsdf::tinted_pane(*eta, *transmissivity),
+            MaterialKind::TintedDielectric { eta, inside, outside } => {
+                // Beer and Lambert: what is left of the segment that ended here.
+                let medium = if behind.outside { outside } else { inside };
+                Bsdf::tinted_dielectric(*eta, medium.map(|c| c.powf(behind.length)))
             }
             MaterialKind::Interface => Bsdf::none(),
         }

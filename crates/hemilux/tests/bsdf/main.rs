@@ -20,6 +20,12 @@ fn direction(mu: f32, phi: f32) -> Vec3 {
     Vec3::new(sin * phi.cos(), sin * phi.sin(), mu)
 }
 
+/// Diffuse and specular, reflecting and transmitting.
+fn polished(alpha: f32) -> Bsdf {
+    let (tan, blue) = (Rgb::new(0.3, 0.2, 0.1), Rgb::new(0.1, 0.2, 0.3));
+    Bsdf::polished([tan, blue], [Rgb::splat(0.2), blue], alpha, true)
+}
+
 /// Every material, smooth and rough.
 fn materials() -> Vec<(&'static str, Bsdf)> {
     let (eta, k) = GOLD;
@@ -48,6 +54,10 @@ fn materials() -> Vec<(&'static str, Bsdf)> {
         ("coated metal smooth, 0.2", Bsdf::coated_conductor(1.5, [0.0; 2], eta, k, [0.2; 2])),
         ("coated metal 0.1, 0.3", Bsdf::coated_conductor(1.5, [0.1; 2], eta, k, [0.3; 2])),
         ("coated metal 0.3, smooth", Bsdf::coated_conductor(1.33, [0.3; 2], eta, k, [0.0; 2])),
+        ("polished smooth", polished(0.0)),
+        ("polished 0.2", polished(0.2)),
+        ("tinted pane", Bsdf::tinted_pane(1.52, tan)),
+        ("tinted glass", Bsdf::tinted_dielectric(1.5, tan)),
         ("leaf", Bsdf::diffuse_transmission(tan, Rgb::new(0.1, 0.4, 0.2))),
         ("varnish 0.1 mixed with metal 0.3", Bsdf::mix(&varnish([0.1; 2]), &gold([0.3; 2]), 0.4)),
         (
