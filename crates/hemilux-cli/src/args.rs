@@ -46,6 +46,13 @@ pub enum Verb {
     Zones(ZonesArgs),
     /// Read illuminance (or irradiance, radiance, luminance) at points, each with an interval
     Sense(SenseArgs),
+    /// Stand in for Radiance's rtrace: rays from standard input, values to standard output
+    #[command(disable_help_flag = true)]
+    Rtrace {
+        /// Options and scene (.oct or .rad) as rtrace takes them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "RTRACE WORDS")]
+        words: Vec<String>,
+    },
     /// Say what a scene or a picture holds
     Info(InfoArgs),
     /// Compare pictures and make them fit for a screen
@@ -70,7 +77,7 @@ impl Verb {
             Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
             Verb::Image(ImageVerb::Falsecolor(a)) => a.talk,
             Verb::Image(ImageVerb::Info(a)) => a.talk,
-            Verb::Completions { .. } => Talk::default(),
+            Verb::Rtrace { .. } | Verb::Completions { .. } => Talk::default(),
         }
     }
 }

@@ -19,6 +19,7 @@ mod plan;
 mod progress;
 mod radiance;
 mod render;
+mod rtrace;
 mod sense;
 mod splice;
 mod talk;
@@ -61,6 +62,7 @@ fn dispatch(cli: Cli, begin: Instant) -> Result<(), Failure> {
     match cli.verb {
         Verb::Render(args) => render::run(*args, begin),
         Verb::Zones(args) => zones::run(args, begin),
+        Verb::Rtrace { words } => rtrace::run(&words),
         Verb::Sense(args) => sense::run(args, begin),
         Verb::Info(args) => info::run(&args),
         Verb::Image(verb) => image::run(verb),
