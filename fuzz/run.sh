@@ -10,7 +10,7 @@ export RUSTFLAGS="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4
 # The target triple keeps the flags away from build scripts.
 host=$(rustc -vV | sed -n 's/^host: //p')
 cargo build --release --target "$host" -j "${JOBS:-2}"
-for target in ${TARGETS:-pbrt ply}; do
+for target in ${TARGETS:-pbrt ply rad vf}; do
     mkdir -p "corpus/$target" "artifacts/$target"
     dict=""
     [ -f "seeds/$target.dict" ] && dict="-dict=seeds/$target.dict"

@@ -95,3 +95,35 @@ fn the_cornell_box_faces_inwards() {
         scene.meshes.iter().all(|m| m.normals.len() == m.positions.len() && m.uvs.len() == m.positions.len())
     );
 }
+
+/// The same scenes as Radiance has them: as many triangles and quadrics, luminaires that face the same way, the same view.
+#[test]
+fn radiance_twins_agree_with_the_pbrt_scenes() {
+    let Some(root) = scenes() else { return };
+    for name in ["box", "bulb", "office", "skylight", "varnish"] {
+        let file = |extension: &str| root.join(name).join(format!("{name}.{extension}"));
+        let rad =
+            load(&[file("rad"), file("vf")], &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+        let pbrt = load_one(file("pbrt")).scene;
+        let [_, triangles, quadrics, _] = census(&rad);
+        let [_, expected, spheres, _] = census(&pbrt);
+        assert_eq!([triangles, quadrics], [expected, spheres], "{name}");
+        let (a, b) = (rad.camera.to_world, pbrt.camera.to_world);
+        assert!((a.translation - b.translation).length() < 1e-6, "{name}: {a:?} {b:?}");
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            assert!((a.transform_vector3(axis) - b.transform_vector3(axis)).length() < 1e-6, "{name}");
+        }
+        let (Projection::View(v), Projection::Perspective { fov }) =
+            (rad.camera.projection, pbrt.camera.projection)
+        else {
+            panic!("{name}")
+        };
+        assert!((v.vertical - fov as f64).abs() < 1e-4, "{name}");
+        let meshes = |s: &Scene| {
+            s.shapes.iter().any(|s| s.emission.is_some() && matches!(s.geometry, Geometry::Mesh(_)))
+        };
+        if meshes(&rad) {
+            assert!(luminaire_normal(&rad).dot(luminaire_normal(&pbrt)) > 0.999, "{name}");
+        }
+    }
+}

@@ -157,7 +157,7 @@ pub fn load(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, LoadErro
 
 /// Load a pbrt scene from a text; names in it are relative to `base_dir`.
 pub fn load_pbrt_str(text: &str, base_dir: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
-    load_texts(&[(text, Source::Pbrt)], base_dir, options)
+    load_texts([(text, Source::Pbrt(text.to_owned()))], base_dir, options)
 }
 
 /// Load a Radiance scene from a text and perhaps the text of a view; names in it are relative to `base_dir`.
@@ -167,21 +167,19 @@ pub fn load_radiance_str(
     base_dir: &Path,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    let rad = |text| Source::Radiance(radiance::Source::Rad(text));
-    let vf = |text| Source::Radiance(radiance::Source::View(text));
-    let mut texts: Vec<(&str, fn(String) -> Source)> = vec![(text, rad)];
-    texts.extend(view.map(|v| (v, vf as fn(String) -> Source)));
-    load_texts(&texts, base_dir, options)
+    let rad = Source::Radiance(radiance::Source::Rad(text.to_owned()));
+    let vf = view.map(|v| (v, Source::Radiance(radiance::Source::View(v.to_owned()))));
+    load_texts([(text, rad)].into_iter().chain(vf), base_dir, options)
 }
 
-fn load_texts(
-    texts: &[(&str, fn(String) -> Source)],
+fn load_texts<'a>(
+    texts: impl IntoIterator<Item = (&'a str, Source)>,
     base_dir: &Path,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
     let env = Rc::new(Env::new(base_dir.to_owned(), options));
     let mut sources = Vec::new();
-    for (i, (text, kind)) in texts.iter().enumerate() {
+    for (i, (text, source)) in texts.into_iter().enumerate() {
         let name = if i == 0 { "<text>" } else { "<view>" };
         let file = {
             let mut files = env.files.borrow_mut();
@@ -191,7 +189,7 @@ fn load_texts(
         if text.trim().is_empty() {
             env.log.error(Span { file, ..Span::default() }, "empty file");
         }
-        sources.push((file, kind((*text).to_owned())));
+        sources.push((file, source));
     }
     import(env, sources)
 }

@@ -96,6 +96,24 @@ impl Definition {
         (&self.strings, &self.reals, &self.frame)
     }
 
+    /// Whether both mean the same: a file that is placed often defines its materials as often.
+    pub fn means(&self, other: &Definition) -> bool {
+        let placed = match (self.kind, other.kind) {
+            (Kind::Type(a), Kind::Type(b)) if a.name == b.name => match a.name {
+                "spotlight" | "brightfunc" => self.frame == other.frame,
+                "dielectric" | "interface" => self.frame.scale == other.frame.scale,
+                _ => true,
+            },
+            (Kind::Pass, Kind::Pass) | (Kind::Broken, Kind::Broken) => true,
+            _ => false,
+        };
+        placed
+            && (self.modifier, self.amount) == (other.modifier, other.amount)
+            && self.reals == other.reals
+            && self.strings == other.strings
+            && self.parts == other.parts
+    }
+
     fn type_name(&self) -> &'static str {
         match self.kind {
             Kind::Type(t) => t.name,

@@ -138,7 +138,12 @@ pub fn read(env: &Rc<Env>, sources: Vec<(u32, Source)>) -> Option<Scene> {
             break;
         }
         match source {
-            Source::Rad(text) => reader.read_text(text.into(), file, &top),
+            Source::Rad(text) => {
+                let path = env.files.borrow().sources.files.get(file as usize).map(|f| f.path.clone());
+                reader.open.extend(path.and_then(|p| p.canonicalize().ok()));
+                reader.read_text(text.into(), file, &top);
+                reader.open.clear();
+            }
             Source::View(text) => {
                 view::read(env, &mut reader.view, &text, file);
                 reader.keep_text(file, text);
@@ -309,10 +314,10 @@ impl Reader {
 
     /// A count and as many words.
     fn counted(&self, words: &mut Words, what: &str, owner: &str) -> Option<(Word, Vec<Word>)> {
-        let count = self.expect(words, &format!("the number of {what} of {owner}"))?;
+        let count = self.expect(words, &format!("the count of {what} of {owner}"))?;
         let text = words.text(count);
         let Ok(n) = text.parse::<u64>() else {
-            let message = format!("expected the number of {what} of {owner}, found \"{text}\"");
+            let message = format!("expected the count of {what} of {owner}, found \"{text}\"");
             let span = words.span(count);
             self.env.log.error(span, message);
             return None;
@@ -360,6 +365,10 @@ impl Reader {
     }
 
     fn define(&mut self, definition: Definition) {
+        let known = self.names.get(&definition.name).is_some_and(|&i| self.definitions[i].means(&definition));
+        if known {
+            return;
+        }
         self.names.insert(definition.name.clone(), self.definitions.len());
         self.definitions.push(definition);
     }

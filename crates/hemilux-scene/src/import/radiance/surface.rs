@@ -148,7 +148,7 @@ impl Reader {
         look: &Look,
         context: &Context,
     ) -> Option<()> {
-        if p.reals.len() % 3 != 0 {
+        if !p.reals.len().is_multiple_of(3) {
             let message = format!(
                 "{} takes three numbers per vertex: {} is no multiple of 3",
                 self.owner_of(words, p),
