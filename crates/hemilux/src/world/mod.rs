@@ -4,6 +4,7 @@
 //! `hemilux-accel`: per group (the world's own shapes, and each object) in the order of addition.
 
 pub mod camera;
+mod emitter_points;
 pub mod environment;
 pub mod luminaire;
 pub mod surface;
