@@ -38,18 +38,31 @@ pub struct Plan<'a> {
 }
 
 /// A cell and its urgency. Of equals the larger cell first, then the older one: where nothing differs the search goes
-/// breadth-first. Numbers that are not negative sort like their bits.
+/// breadth-first. Numbers that are not negative sort like their bits: priority, area and the reversed number of the cell make one
+/// large integer, which is compared without branches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry {
-    priority: u64,
-    area: u32,
-    before: u32,
-}
+struct Entry(u128);
 
 impl Entry {
     #[inline]
     fn new(priority: f64, area: f64, cell: u32) -> Self {
-        Entry { priority: priority.to_bits(), area: (area as f32).to_bits(), before: !cell }
+        let low = ((area as f32).to_bits() as u64) << 32 | !cell as u64;
+        Entry((priority.to_bits() as u128) << 64 | low as u128)
+    }
+
+    #[inline]
+    fn priority(self) -> f64 {
+        f64::from_bits((self.0 >> 64) as u64)
+    }
+
+    #[inline]
+    fn area(self) -> f64 {
+        f32::from_bits((self.0 >> 32) as u32) as f64
+    }
+
+    #[inline]
+    fn cell(self) -> u32 {
+        !(self.0 as u32)
     }
 }
 
@@ -62,6 +75,8 @@ pub(crate) struct Refine<V> {
     sizes: Vec<f64>,
     heap: BinaryHeap<Entry>,
     seen: Seen,
+    /// Mean and area by cell, as they were when it was last touched.
+    known: Vec<(f64, f64)>,
     /// Current priority by cell; entries of the heap that differ are stale.
     priority: Vec<f64>,
     /// Whether something next to a cell has changed since it was ranked.
@@ -91,7 +106,14 @@ fn looks_around(plan: &Plan<'_>) -> bool {
 
 impl Seen {
     #[inline]
-    fn look<P: Partition>(&mut self, p: &P, drives: &[f64], cell: u32, neighbours: &[u32]) {
+    fn look<P: Partition>(
+        &mut self,
+        p: &P,
+        drives: &[f64],
+        known: &[(f64, f64)],
+        cell: u32,
+        neighbours: &[u32],
+    ) {
         self.n_inside = 0;
         for &i in p.members(cell).as_slice().iter().take(4) {
             self.inside[self.n_inside] = drives[i as usize];
@@ -99,9 +121,8 @@ impl Seen {
             self.at = p.points()[i as usize];
         }
         self.n_around = neighbours.len().min(16);
-        for (k, &n) in neighbours.iter().take(16).enumerate() {
-            self.around[k] = p.mean(n, drives);
-            self.around_area[k] = p.area(n);
+        for ((x, a), &n) in self.around.iter_mut().zip(&mut self.around_area).zip(neighbours) {
+            (*x, *a) = known[n as usize];
         }
     }
 }
@@ -148,6 +169,10 @@ impl<V: Value> Refine<V> {
             self.variance.resize(cells, 0.0);
             self.instigator.resize(cells, u32::MAX);
             self.stale.resize(cells, false);
+            self.known.resize(cells, (0.0, 0.0));
+        }
+        for &cell in p.touched() {
+            self.known[cell as usize] = (p.mean(cell, &self.drives), p.area(cell));
         }
         let by_contrast = looks_around(plan);
         let by_side = matches!(plan.criterion.criterion, Criterion::Unresolved);
@@ -155,14 +180,14 @@ impl<V: Value> Refine<V> {
             self.instigator[cell as usize] = u32::MAX;
             let neighbours = p.neighbours(cell);
             let priority = self.rank_one(p, plan, cell, neighbours.as_slice());
-            self.heap.push(Entry::new(priority, p.area(cell), cell));
+            let (mine, area) = self.known[cell as usize];
+            self.heap.push(Entry::new(priority, area, cell));
             if by_contrast {
-                let mine = p.mean(cell, &self.drives);
                 for &n in neighbours.as_slice() {
                     self.stale[n as usize] = true;
-                    let area = p.area(n);
+                    let (other, area) = self.known[n as usize];
                     let scale = if by_side { area * area.sqrt() } else { area };
-                    let lifted = 0.5 * (mine - p.mean(n, &self.drives)).abs() * scale;
+                    let lifted = 0.5 * (mine - other).abs() * scale;
                     if lifted > self.priority[n as usize] {
                         self.instigator[n as usize] = cell;
                         let priority = self.rank_one(p, plan, n, self.around(p, n).as_slice());
@@ -184,10 +209,10 @@ impl<V: Value> Refine<V> {
     }
 
     fn rank_one<P: Partition>(&mut self, p: &P, plan: &Plan<'_>, cell: u32, neighbours: &[u32]) -> f64 {
-        self.seen.look(p, &self.drives, cell, neighbours);
+        self.seen.look(p, &self.drives, &self.known, cell, neighbours);
         let seen = &self.seen;
         let view = CellView {
-            area: p.area(cell),
+            area: self.known[cell as usize].1,
             inside: &seen.inside[..seen.n_inside],
             around: &seen.around[..seen.n_around],
             around_area: &seen.around_area[..seen.n_around],
@@ -233,13 +258,14 @@ pub(crate) fn refine_with<P: Partition, V: Value>(
     state.variance.clear();
     state.instigator.clear();
     state.stale.clear();
+    state.known.clear();
     partition.seed(plan.initial.min(plan.total).max(1), key.with(1));
     state.evaluate_new(partition, f, plan, 0);
     state.rank(partition, plan);
     let key = key.with(2);
     while partition.points().len() as u32 + partition.samples_per_split() <= plan.total {
         let Some(top) = state.heap.pop() else { break };
-        let (priority, cell) = (f64::from_bits(top.priority), !top.before);
+        let (priority, cell) = (top.priority(), top.cell());
         if !partition.is_cell(cell) || state.priority[cell as usize] != priority {
             continue;
         }
@@ -247,8 +273,8 @@ pub(crate) fn refine_with<P: Partition, V: Value>(
         if looks_around(plan) && state.stale[cell as usize] {
             let neighbours = state.around(partition, cell);
             let now = state.rank_one(partition, plan, cell, neighbours.as_slice());
-            if now < priority && state.heap.peek().is_some_and(|next| f64::from_bits(next.priority) > now) {
-                state.heap.push(Entry::new(now, partition.area(cell), cell));
+            if now < priority && state.heap.peek().is_some_and(|next| next.priority() > now) {
+                state.heap.push(Entry::new(now, top.area(), cell));
                 continue;
             }
         }

@@ -73,6 +73,9 @@ struct Node {
 #[derive(Clone, Debug)]
 pub struct QuadTree {
     nodes: Vec<Node>,
+    /// What lies across the edges of a node (lower u, upper u, lower v, upper v): the smallest node no smaller than itself that
+    /// was there when it was made. The leaves of today are that one or below it.
+    sides: Vec<[u32; 4]>,
     points: Vec<Uv<f64>>,
     touched: Vec<u32>,
     leaves: u32,
@@ -97,6 +100,7 @@ impl QuadTree {
     pub fn new(parent: Parent) -> Self {
         let mut tree = QuadTree {
             nodes: Vec::new(),
+            sides: Vec::new(),
             points: Vec::new(),
             touched: Vec::new(),
             leaves: 1,
@@ -111,12 +115,14 @@ impl QuadTree {
     /// Back to one leaf, keeping the memory.
     pub fn clear(&mut self) {
         self.nodes.clear();
+        self.sides.clear();
         self.points.clear();
         self.touched.clear();
         self.full = 0;
         self.leaves = 1;
         let cell = Cell { x: 0, y: 0, level: 0 };
         self.nodes.push(Node { cell, child: NONE, next: NONE, previous: NONE, sample: NONE });
+        self.sides.push([NONE; 4]);
     }
 
     /// What a split does to the cell's sample; takes effect from the next one.
@@ -212,6 +218,23 @@ impl QuadTree {
                 sample: NONE,
             });
         }
+        let around = self.sides[leaf as usize];
+        // The part of what lies across an edge of the parent that faces a child: the one in column and row (x, y) of the children's
+        // level, or the leaf that holds it.
+        let half = 31 - cell.level as u32;
+        let facing = |edge: usize, x: u32, y: u32| match around[edge] {
+            NONE => NONE,
+            side => self.descend(side, cell.level + 1, (x << half, y << half)),
+        };
+        let (x, y) = (2 * cell.x, 2 * cell.y);
+        let (left, right, below, above) = (x.wrapping_sub(1), x + 2, y.wrapping_sub(1), y + 2);
+        let sides = [
+            [facing(0, left, y), first + 1, facing(2, x, below), first + 2],
+            [first, facing(1, right, y), facing(2, x + 1, below), first + 3],
+            [facing(0, left, y + 1), first + 3, first, facing(3, x, above)],
+            [first + 2, facing(1, right, y + 1), first + 1, facing(3, x + 1, above)],
+        ];
+        self.sides.extend(sides);
         self.nodes[leaf as usize].child = first;
         if previous != NONE {
             self.nodes[previous as usize].next = first;
@@ -247,6 +270,19 @@ impl QuadTree {
         self.points.push(p);
     }
 
+    /// From a node down to the leaf, or the node of a level, that holds a point given in 32 binary digits.
+    #[inline]
+    fn descend(&self, mut node: u32, level: u8, (u, v): (u32, u32)) -> u32 {
+        loop {
+            let Node { cell, child, .. } = self.nodes[node as usize];
+            if child == NONE || cell.level >= level {
+                return node;
+            }
+            let shift = 31 - cell.level as u32;
+            node = child + ((u >> shift) & 1) + 2 * ((v >> shift) & 1);
+        }
+    }
+
     /// Calls back for the leaves across the four edges, two per edge when they are smaller.
     #[inline]
     fn across(&self, node: u32, mut visit: impl FnMut(u32)) {
@@ -254,43 +290,42 @@ impl QuadTree {
         if level == 0 {
             return;
         }
-        let shift = 32 - level as u32;
-        let size = 1u64 << shift;
-        let (x0, y0) = ((x as u64) << shift, (y as u64) << shift);
-        let (near, far) = (size / 4, size - size / 4 - 1);
-        // The two leaves at a quarter and three quarters of an edge; the second look is needed only when the first met a smaller one.
-        let mut look = |first: (u64, u64), second: (u64, u64)| {
-            let a = self.leaf_at_fixed(first.0 as u32, first.1 as u32);
+        // Two of the neighbours are siblings; as leaves they come last.
+        let (beside, above) = (1 - (x & 1) as usize, 3 - (y & 1) as usize);
+        let mut siblings = [NONE; 2];
+        for (edge, &side) in self.sides[node as usize].iter().enumerate() {
+            if side == NONE {
+                continue;
+            }
+            if self.is_leaf(side) {
+                if edge == beside {
+                    siblings[0] = side;
+                } else if edge == above {
+                    siblings[1] = side;
+                } else {
+                    visit(side);
+                }
+                continue;
+            }
+            // The two leaves at a quarter and three quarters of the edge; the second look is needed only when the first met a
+            // smaller one.
+            let size = 1u32 << (32 - level as u32);
+            let (x0, y0) = (x * size, y * size);
+            let (near, far) = (size / 4, size - size / 4 - 1);
+            let at = |along: u32| match edge {
+                0 => (x0.wrapping_sub(1), y0 + along),
+                1 => (x0.wrapping_add(size), y0 + along),
+                2 => (x0 + along, y0.wrapping_sub(1)),
+                _ => (x0 + along, y0.wrapping_add(size)),
+            };
+            let top = self.descend(side, level, at(near));
+            let a = self.descend(top, u8::MAX, at(near));
             visit(a);
             if self.cell(a).level > level {
-                visit(self.leaf_at_fixed(second.0 as u32, second.1 as u32));
+                visit(self.descend(top, u8::MAX, at(far)));
             }
-        };
-        // Two of the neighbours are siblings: brothers lie side by side in the arena.
-        let place = (x & 1) + 2 * (y & 1);
-        let first = node - place;
-        let (beside, above) = (first + (place ^ 1), first + (place ^ 2));
-        let (low_u, low_v) = (x & 1 == 0, y & 1 == 0);
-        let mut siblings = [u32::MAX; 2];
-        if self.is_leaf(beside) {
-            siblings[0] = beside;
         }
-        if self.is_leaf(above) {
-            siblings[1] = above;
-        }
-        if (low_u || siblings[0] == u32::MAX) && x0 > 0 {
-            look((x0 - 1, y0 + near), (x0 - 1, y0 + far));
-        }
-        if (!low_u || siblings[0] == u32::MAX) && x0 + size < 1 << 32 {
-            look((x0 + size, y0 + near), (x0 + size, y0 + far));
-        }
-        if (low_v || siblings[1] == u32::MAX) && y0 > 0 {
-            look((x0 + near, y0 - 1), (x0 + far, y0 - 1));
-        }
-        if (!low_v || siblings[1] == u32::MAX) && y0 + size < 1 << 32 {
-            look((x0 + near, y0 + size), (x0 + far, y0 + size));
-        }
-        siblings.iter().filter(|s| **s != u32::MAX).for_each(|s| visit(*s));
+        siblings.iter().filter(|s| **s != NONE).for_each(|s| visit(*s));
     }
 }
 
