@@ -22,7 +22,7 @@ import sys
 import tempfile
 
 SETTINGS = (
-    "-h -I -faa -u+ -ad 16384 -as 0 -aa 0 -ds 0.02 -dj 1 -dt 0 -dc 1 -dr 3 -st 0 -ss 1 -lr 40 -lw 1e-12"
+    "-h -I -faa -u+ -ad 4096 -as 0 -aa 0 -ds 0.02 -dj 1 -dt 0 -dc 1 -dr 3 -st 0 -ss 1 -lr 40 -lw 1e-12"
 ).split()
 WEIGHTS = (179 * 0.265, 179 * 0.670, 179 * 0.065)
 
