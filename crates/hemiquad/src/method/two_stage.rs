@@ -86,13 +86,9 @@ impl<V: Value> Method<V> for TwoStage<'_> {
             work.draw.pairs(f, strata, key.with(2), place, |v, p| v.minus(trained.level(p.cell)), &mut pairs);
         let unexplored = work.draw.unexplored();
         let evaluations = Evaluations { pilot, estimate };
-        Estimate::new(
-            pairs.sum,
-            Some(pairs.std_error()),
-            pairs.degrees_of_freedom(),
-            evaluations,
-            unexplored,
-            false,
-        )
+        // A pilot that enlarges leaves no feature hidden in a stratum; a blind one may, and keeps the wider interval.
+        let dof =
+            if self.reach > 0.0 { pairs.degrees_of_freedom_resolved() } else { pairs.degrees_of_freedom() };
+        Estimate::new(pairs.sum, Some(pairs.std_error()), dof, evaluations, unexplored, false)
     }
 }
