@@ -10,6 +10,7 @@ use glam::{DAffine3, DVec3, Vec3};
 const UNIT: f32 = 0.5 * f32::EPSILON;
 
 /// The bound on the error of a point computed in `f64` and rounded to `p`, per axis.
+#[inline]
 pub fn rounding_error(p: Vec3) -> Vec3 {
     // The second term covers the f64 arithmetic (a hundred roundings), the last subnormal results.
     p.abs() * (UNIT * (1.0 + 1e-6)) + Vec3::splat(f32::from_bits(1))
@@ -17,6 +18,7 @@ pub fn rounding_error(p: Vec3) -> Vec3 {
 
 /// The point of a triangle with barycentric coordinates `u` (vertex 1) and `v` (vertex 2), and the bound of its
 /// distance to the triangle's plane, per axis.
+#[inline]
 pub fn triangle_point(vertices: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
     let [a, b, c] = vertices.map(Vec3::as_dvec3);
     let (u, v) = (f64::from(u), f64::from(v));
@@ -27,6 +29,7 @@ pub fn triangle_point(vertices: &[Vec3; 3], u: f32, v: f32) -> (Vec3, Vec3) {
 
 /// The unit normal of a triangle, counter-clockwise seen against it; computed in `f64`, since `f32` differences of the
 /// vertices of a sliver far from the origin can tilt it by degrees. NaN for a triangle of no area.
+#[inline]
 pub fn triangle_normal(vertices: &[Vec3; 3]) -> Vec3 {
     let [a, b, c] = vertices.map(Vec3::as_dvec3);
     (b - a).cross(c - a).normalize().as_vec3()
@@ -36,6 +39,7 @@ pub fn triangle_normal(vertices: &[Vec3; 3]) -> Vec3 {
 ///
 /// The point is transformed in `f64` and rounded once. The second term of the bound covers what cancels in the `f64`
 /// sum, as when a far translation undoes a far local origin.
+#[inline]
 pub fn transform_error(to_world: &DAffine3, p: DVec3, error: DVec3) -> (Vec3, Vec3) {
     let m = &to_world.matrix3;
     let spread = |d: DVec3| m.x_axis.abs() * d.x + m.y_axis.abs() * d.y + m.z_axis.abs() * d.z;
@@ -50,6 +54,7 @@ pub fn transform_error(to_world: &DAffine3, p: DVec3, error: DVec3) -> (Vec3, Ve
 ///
 /// If the true surface passes within `p_error` (per axis) of `p`, the result is strictly on that side of its tangent
 /// plane. A ray with `t_min = 0` from there does not meet the same triangle, nor the same convex side of a quadric.
+#[inline]
 pub fn offset_origin(p: Vec3, p_error: Vec3, n: Vec3, dir: Vec3) -> Vec3 {
     let side = if dir.dot(n) < 0.0 { -n } else { n };
     let offset = side * (n.abs().dot(p_error) * (1.0 + 4.0 * f32::EPSILON));

@@ -29,6 +29,9 @@ An argument @FILE stands for the words in that file.
 Exit codes: 0 done, 1 the scene or input is wrong, 2 the command line is, 3 files or memory,
 4 stopped before the target, 5 over the tolerance, 130 interrupted (what there was is written).")]
 pub struct Cli {
+    /// Print every option of a command with its default, fit to be edited and read back as @FILE
+    #[arg(long, global = true)]
+    pub defaults: bool,
     /// What to do.
     #[command(subcommand)]
     pub verb: Verb,
@@ -41,6 +44,15 @@ pub enum Verb {
     Render(Box<RenderArgs>),
     /// Compute the zonal solution of a scene and store it
     Zones(ZonesArgs),
+    /// Read illuminance (or irradiance, radiance, luminance) at points, each with an interval
+    Sense(SenseArgs),
+    /// Stand in for Radiance's rtrace: rays from standard input, values to standard output
+    #[command(disable_help_flag = true)]
+    Rtrace {
+        /// Options and scene (.oct or .rad) as rtrace takes them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "RTRACE WORDS")]
+        words: Vec<String>,
+    },
     /// Say what a scene or a picture holds
     Info(InfoArgs),
     /// Compare pictures and make them fit for a screen
@@ -59,12 +71,13 @@ impl Verb {
         match self {
             Verb::Render(a) => a.talk,
             Verb::Zones(a) => a.talk,
+            Verb::Sense(a) => a.talk,
             Verb::Info(a) => a.talk,
             Verb::Image(ImageVerb::Diff(a)) => a.talk,
             Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
             Verb::Image(ImageVerb::Falsecolor(a)) => a.talk,
             Verb::Image(ImageVerb::Info(a)) => a.talk,
-            Verb::Completions { .. } => Talk::default(),
+            Verb::Rtrace { .. } | Verb::Completions { .. } => Talk::default(),
         }
     }
 }
@@ -109,7 +122,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "MODE", default_value = "zonal", value_parser = named(&Mode::ALL))]
     pub mode: Mode,
     /// How the strata of a gather are chosen: jittered, sobol
-    #[arg(long, value_name = "NAME", default_value = "jittered", value_parser = named(&Strategy::ALL))]
+    #[arg(long, value_name = "NAME", default_value = name_of(&Strategy::ALL, Strategy::default()), value_parser = named(&Strategy::ALL))]
     pub strategy: Strategy,
     /// Picture size instead of the scene's
     #[arg(long, value_name = "WxH")]
@@ -150,6 +163,11 @@ pub struct RenderArgs {
     /// How to talk.
     #[command(flatten)]
     pub talk: Talk,
+}
+
+/// The name of a value in one of the library's lists.
+pub fn name_of<T: PartialEq>(list: &[(&'static str, T)], value: T) -> &'static str {
+    list.iter().find(|n| n.1 == value).map_or("", |n| n.0)
 }
 
 /// Clap's parser of a name from one of the library's lists.
@@ -422,4 +440,98 @@ pub struct ImageInfoArgs {
     /// How to talk.
     #[command(flatten)]
     pub talk: Talk,
+}
+
+/// `hemilux sense`.
+#[derive(Args, Clone, Debug)]
+pub struct SenseArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Also print the 95 % half-width behind each value
+    #[arg(long)]
+    pub ci: bool,
+    /// What is measured
+    #[arg(long, value_enum, default_value = "lux", value_name = "NAME")]
+    pub quantity: QuantityName,
+    /// Form of the answers
+    #[arg(long, value_enum, default_value = "plain", value_name = "FORM")]
+    pub format: FormName,
+    /// Sensors on a rectangle instead of standard input, at the centres of its cells, facing u × v
+    #[arg(long, value_name = "ox,oy,oz,ux,uy,uz,vx,vy,vz,columns,rows", allow_hyphen_values = true)]
+    pub grid: Option<values::Grid>,
+    /// Stop at this 95 % half-width relative to the value
+    #[arg(long, value_name = "ERROR", default_value = "1%")]
+    pub target_error: values::Share,
+    /// Spend this long on each sensor instead
+    #[arg(long, value_name = "TIME", value_parser = values::duration, conflicts_with = "spp")]
+    pub time: Option<Duration>,
+    /// Take this many gathers (of 64 rays) per sensor instead
+    #[arg(long, value_name = "N", value_parser = values::count)]
+    pub spp: Option<u64>,
+    /// Most time for one sensor
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = values::duration)]
+    pub limit: Duration,
+    /// Where gather rays end: continued as paths (unbiased), or on zones (biased by them)
+    #[arg(long, value_enum, default_value = "path", value_name = "NAME")]
+    pub mode: SenseMode,
+    /// How the zonal solutions are made (mode zonal).
+    #[command(flatten)]
+    pub solution: SolutionArgs,
+    /// Seed of all randomness
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: one per core]
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// What a sensor measures.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QuantityName {
+    /// Illuminance.
+    Lux,
+    /// Irradiance.
+    Irradiance,
+    /// Radiance from the direction of the "normal".
+    Radiance,
+    /// Luminance from there.
+    Luminance,
+}
+
+impl QuantityName {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            QuantityName::Lux => "lux",
+            QuantityName::Irradiance => "irradiance",
+            QuantityName::Radiance => "radiance",
+            QuantityName::Luminance => "luminance",
+        }
+    }
+}
+
+/// Form of sensor answers.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FormName {
+    /// One number a line (two with --ci).
+    Plain,
+    /// Three radiometric values, as rtrace prints them.
+    Rtrace,
+    /// Comma-separated, with a header.
+    Csv,
+    /// An array of records.
+    Json,
+}
+
+/// Where gather rays of sensors end.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SenseMode {
+    /// Continued as paths: unbiased.
+    Path,
+    /// On zones, an independent solution per group: biased by the size of zones.
+    Zonal,
 }

@@ -61,11 +61,6 @@ impl Failure {
         Failure::new(Kind::Io, message)
     }
 
-    /// A picture that cannot be read: an input that is wrong, whatever the reason.
-    pub fn unreadable(error: ImageError) -> Failure {
-        Failure::input(error.to_string())
-    }
-
     /// A failed write to `path`.
     pub fn write(path: &Path, error: &io::Error) -> Failure {
         Failure::io(format!("{}: {error}", path.display()))

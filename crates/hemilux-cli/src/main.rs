@@ -6,6 +6,7 @@
 
 mod args;
 mod completions;
+mod defaults;
 mod failure;
 mod finish;
 mod image;
@@ -18,6 +19,8 @@ mod plan;
 mod progress;
 mod radiance;
 mod render;
+mod rtrace;
+mod sense;
 mod splice;
 mod talk;
 mod values;
@@ -37,6 +40,9 @@ fn main() -> ExitCode {
         Ok(typed) => typed,
         Err(failure) => return failure.end(&Talk::default()),
     };
+    if let Some(list) = defaults::asked(&typed) {
+        return talk::data(&list).map_or_else(|f| f.end(&Talk::default()), |()| ExitCode::SUCCESS);
+    }
     let cli = match Cli::try_parse_from(typed) {
         Ok(cli) => cli,
         Err(message) => {
@@ -56,6 +62,8 @@ fn dispatch(cli: Cli, begin: Instant) -> Result<(), Failure> {
     match cli.verb {
         Verb::Render(args) => render::run(*args, begin),
         Verb::Zones(args) => zones::run(args, begin),
+        Verb::Rtrace { words } => rtrace::run(&words),
+        Verb::Sense(args) => sense::run(args, begin),
         Verb::Info(args) => info::run(&args),
         Verb::Image(verb) => image::run(verb),
         Verb::Completions { shell } => completions::run(shell),

@@ -3,6 +3,7 @@
 use crate::args::{CurveName, ScreenArgs};
 use crate::failure::Failure;
 use crate::values::Exposure;
+use hemilux::film::Film;
 use hemilux_image::tone::{Curve, Exposure as Tone, ToneMap};
 use hemilux_image::{Format, Image, ImageError, atomic, png, write};
 use hemilux_scene::Scene;
@@ -214,30 +215,40 @@ pub fn on_screen(
     Ok((map.apply(&linear)?, format!("x{factor:.4} ({how}){name}")))
 }
 
-/// Pixels that are written for practice, to learn how long writing takes.
-const TRIAL: usize = 1 << 14;
-/// For synchronising a file with the disk, and for what a short trial misses.
+/// Rows of this length are written for practice.
+const TRIAL_WIDTH: u32 = 128;
+/// For synchronising a file with the disk.
 const PER_FILE: Duration = Duration::from_millis(15);
 
-/// How long writing a picture of so many pixels will take: by trial with noise, which packs as badly as a render.
+/// How long writing a picture of so many pixels will take: by trial with noise that packs as badly as a render.
 pub fn writing_time(targets: &[Target], pixels: u64, screen: &ScreenArgs) -> Duration {
-    let mut state = 1u32;
-    let mut noise = || {
-        state = state.wrapping_mul(0x915f_77f5).wrapping_add(0x3c6e_f35f);
-        (state >> 8) as f32 / (1 << 24) as f32
-    };
-    let film = hemilux::film::Film::new(128, (TRIAL / 128) as u32, [0, 128, 0, (TRIAL / 128) as u32]);
-    let mut all = Duration::ZERO;
-    for target in targets {
+    // The first trial starts threads and warms caches; the second one, of a sixteenth of the picture, counts.
+    let rows = (pixels / 16 / TRIAL_WIDTH as u64).clamp(64, 1024) as u32;
+    let trial = |rows: u32| {
+        let noise = noise(rows);
         let begin = Instant::now();
-        let mut image = hemilux::picture::image(&film, &[]);
-        for channel in &mut image.channels {
-            channel.data.iter_mut().for_each(|v| *v = noise());
+        for target in targets {
+            // Into memory: the disk has its own allowance. A failure will be told when it is in earnest.
+            let _ = encode(&noise, target.format(), &Header::default(), screen, &mut Vec::new());
         }
-        let mut sink = Vec::new();
-        if encode(&image, target.format(), &Header::default(), screen, &mut sink).is_ok() {
-            all += begin.elapsed().mul_f64(pixels as f64 / TRIAL as f64) + PER_FILE;
-        }
+        begin.elapsed()
+    };
+    trial(16);
+    let per_pixel = trial(rows).as_secs_f64() / (rows * TRIAL_WIDTH) as f64;
+    Duration::from_secs_f64(per_pixel * pixels as f64) + PER_FILE * targets.len() as u32
+}
+
+fn noise(rows: u32) -> Image {
+    let film = Film::new(TRIAL_WIDTH, rows, [0, TRIAL_WIDTH, 0, rows]);
+    let mut image = hemilux::picture::image(&film, &[]);
+    let mut state = 1u32;
+    // Colours and their errors are noise; surfaces are mostly flat, and pack well.
+    let noisy = |name: &str| matches!(name, "R" | "G" | "B" | "depth.Z") || name.starts_with("stderr");
+    for channel in image.channels.iter_mut().filter(|c| noisy(&c.name)) {
+        channel.data.iter_mut().for_each(|v| {
+            state = state.wrapping_mul(0x915f_77f5).wrapping_add(0x3c6e_f35f);
+            *v = (state >> 8) as f32 / (1 << 24) as f32;
+        });
     }
-    all
+    image
 }

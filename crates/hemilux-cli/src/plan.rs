@@ -47,10 +47,10 @@ impl Budget {
 
     /// In words.
     pub fn describe(&self) -> String {
-        let spp = self.spp.map(|n| format!("{n} samples per pixel"));
+        let spp = self.spp.map(|n| format!("{n} sample{} per pixel", if n == 1 { "" } else { "s" }));
         let time = self.time.map(|t| format!("{} in all", seconds(t)));
         let words: Vec<String> = spp.into_iter().chain(time).collect();
-        let hint = if self.is_default { " (default; see --spp and --time)" } else { "" };
+        let hint = if self.is_default { " by default, see --spp and --time" } else { "" };
         format!("{}{hint}", words.join(" or "))
     }
 

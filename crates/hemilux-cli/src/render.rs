@@ -1,6 +1,6 @@
 //! `hemilux render`: a scene in, pictures out.
 
-use crate::args::RenderArgs;
+use crate::args::{RenderArgs, name_of};
 use crate::failure::{Failure, Kind};
 use crate::finish;
 use crate::interrupt::Interrupt;
@@ -53,6 +53,13 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         talk.warning("the luminaires have no power: the picture will be black");
     }
 
+    if plan.options.mode == Mode::Path && args.zones.is_some() {
+        talk.warning("--zones is not used in mode path");
+    }
+    if plan.options.mode != Mode::Path && args.max_depth.is_some() {
+        talk.warning("--max-depth is only used in mode path");
+    }
+
     interrupt.arm();
     let zones = match plan.options.mode {
         Mode::Path => None,
@@ -87,7 +94,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     let samples = Samples { least: outcome.passes, more: more.is_some() };
     let error = film.relative_error();
     progress.remark(format!(
-        "{} of {}, {} rays",
+        "{} (budget: {}), {} rays",
         samples,
         plan.budget.describe(),
         machine::count(rays as f64)
@@ -284,7 +291,7 @@ impl Run<'_> {
             put("max_depth", if limit == u32::MAX { "none".into() } else { limit.to_string() });
         }
         if options.mode == Mode::Zonal {
-            put("strategy", name_of(&Strategy::ALL, options.plan.strategy));
+            put("strategy", name_of(&Strategy::ALL, options.plan.strategy).into());
             put("gather_rays", options.plan.rays.to_string());
             put("shadow_rays", options.plan.shadow_rays.to_string());
         }
@@ -318,10 +325,6 @@ impl Run<'_> {
         put("PRIMARIES", "0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329");
         lines
     }
-}
-
-fn name_of<T: PartialEq>(list: &[(&'static str, T)], value: T) -> String {
-    list.iter().find(|n| n.1 == value).map_or("", |n| n.0).to_owned()
 }
 
 /// The command line as one could type it again.

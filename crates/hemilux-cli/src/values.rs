@@ -175,3 +175,63 @@ mod tests {
         assert!(count("0").is_err() && count("-1").is_err() && count("1e30").is_err() && count("").is_err());
     }
 }
+
+/// A relative error: `1%` or `0.01`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share(pub f64);
+
+impl std::str::FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Share, String> {
+        let (number, unit) = match text.strip_suffix('%') {
+            Some(n) => (n, 0.01),
+            None => (text, 1.0),
+        };
+        match number.trim().parse::<f64>() {
+            Ok(v) if v > 0.0 && v * unit < 1.0 => Ok(Share(v * unit)),
+            _ => Err(format!("{text:?} is not an error like 1% or 0.01")),
+        }
+    }
+}
+
+/// A rectangle of sensors: origin, two edges, and how many along each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    numbers: [f64; 9],
+    count: [u32; 2],
+}
+
+impl Grid {
+    /// The sensors, at the centres of the grid's cells, facing edge 1 × edge 2, row by row, as lines of input.
+    pub fn lines(&self) -> impl Iterator<Item = String> + '_ {
+        let [ox, oy, oz, ux, uy, uz, vx, vy, vz] = self.numbers;
+        let n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+        let [across, along] = self.count;
+        (0..across * along).map(move |i| {
+            let a = ((i % across) as f64 + 0.5) / across as f64;
+            let b = ((i / across) as f64 + 0.5) / along as f64;
+            let p = [ox + a * ux + b * vx, oy + a * uy + b * vy, oz + a * uz + b * vz];
+            format!("{} {} {} {} {} {}", p[0], p[1], p[2], n[0], n[1], n[2])
+        })
+    }
+}
+
+impl std::str::FromStr for Grid {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Grid, String> {
+        let form = || format!("{text:?} is not ox,oy,oz,ux,uy,uz,vx,vy,vz,columns,rows");
+        let words: Vec<&str> = text.split(',').map(str::trim).collect();
+        if words.len() != 11 {
+            return Err(form());
+        }
+        let mut numbers = [0f64; 9];
+        for (v, word) in numbers.iter_mut().zip(&words) {
+            *v = word.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(form)?;
+        }
+        let count =
+            |word: &str| word.parse::<u32>().ok().filter(|n| (1..=10_000).contains(n)).ok_or_else(form);
+        Ok(Grid { numbers, count: [count(words[9])?, count(words[10])?] })
+    }
+}

@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use hemilux::gather::{GatherPlan, Strategy};
 use hemilux::sampler::Sampler;
 use hemilux::sensor::irradiance;
-use hemilux::transport::{Arrival, Start, Walker};
+use hemilux::transport::{Arrival, Start, Tally, Walker};
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::geom::Vec3;
@@ -78,7 +78,7 @@ fn kernels(c: &mut Criterion) {
             b.iter(|| {
                 i = i.wrapping_add(1);
                 let mut sampler = Sampler::new(1, i as u64, 0);
-                black_box(irradiance(&walker, point(i), Vec3::Z, &plan, &mut sampler, &mut 0))
+                black_box(irradiance(&walker, point(i), Vec3::Z, &plan, &mut sampler, &mut Tally::default()))
             })
         });
     }
@@ -89,8 +89,9 @@ fn kernels(c: &mut Criterion) {
             let mut sampler = Sampler::new(1, i as u64, 0);
             let u = sampler.next2();
             let dir = Vec3::new(u[0] - 0.5, 1.0, u[1] - 0.5).normalize();
-            let start = Start { origin: Vec3::new(2.0, 1.0, 1.2), dir, arrival: Arrival::Full, depth: 0 };
-            black_box(walker.field_radiance(start, &mut sampler, &mut 0))
+            let start =
+                Start { origin: Vec3::new(2.0, 1.0, 1.2), dir, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+            black_box(walker.field_radiance(start, &mut sampler, &mut Tally::default()))
         })
     });
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");

@@ -171,23 +171,11 @@ pub struct Tile {
 
 impl Tile {
     /// Note that passes `range` are now in the sums. Adjacent ranges join.
+    ///
+    /// # Errors
+    /// The first pass of the range that the tile holds already.
     pub fn cover(&mut self, range: Range<u32>) -> Result<(), u32> {
-        if range.is_empty() {
-            return Ok(());
-        }
-        if let Some(r) = self.passes.iter().find(|r| r.start < range.end && range.start < r.end) {
-            return Err(r.start.max(range.start));
-        }
-        self.passes.push(range);
-        self.passes.sort_by_key(|r| r.start);
-        let mut joined: Vec<Range<u32>> = Vec::with_capacity(self.passes.len());
-        for r in self.passes.drain(..) {
-            match joined.last_mut() {
-                Some(last) if last.end == r.start => last.end = r.end,
-                _ => joined.push(r),
-            }
-        }
-        self.passes = joined;
+        self.passes = united(&self.passes, &[range])?;
         Ok(())
     }
 
@@ -195,6 +183,21 @@ impl Tile {
     pub fn passes(&self) -> &[Range<u32>] {
         &self.passes
     }
+}
+
+/// The union of two sets of passes, sorted and joined; the first pass that is in both is an error.
+fn united(a: &[Range<u32>], b: &[Range<u32>]) -> Result<Vec<Range<u32>>, u32> {
+    let mut all: Vec<Range<u32>> = a.iter().chain(b).filter(|r| !r.is_empty()).cloned().collect();
+    all.sort_by_key(|r| r.start);
+    let mut joined: Vec<Range<u32>> = Vec::with_capacity(all.len());
+    for r in all {
+        match joined.last_mut() {
+            Some(last) if r.start < last.end => return Err(r.start),
+            Some(last) if r.start == last.end => last.end = r.end,
+            _ => joined.push(r),
+        }
+    }
+    Ok(joined)
 }
 
 /// A picture in the making.
@@ -269,16 +272,12 @@ impl Film {
         if self.shape() != other.shape() {
             return Err(MergeError::Size(self.shape(), other.shape()));
         }
-        for (i, (a, b)) in self.tiles.iter().zip(&other.tiles).enumerate() {
-            for r in &b.passes {
-                let mut probe = a.clone();
-                probe.cover(r.clone()).map_err(|pass| MergeError::Overlap { tile: i, pass })?;
-            }
+        let mut passes = Vec::with_capacity(self.tiles.len());
+        for (tile, (a, b)) in self.tiles.iter().zip(&other.tiles).enumerate() {
+            passes.push(united(&a.passes, &b.passes).map_err(|pass| MergeError::Overlap { tile, pass })?);
         }
-        for (a, b) in self.tiles.iter_mut().zip(&other.tiles) {
-            for r in &b.passes {
-                a.cover(r.clone()).map_err(|pass| MergeError::Overlap { tile: 0, pass })?;
-            }
+        for ((a, b), passes) in self.tiles.iter_mut().zip(&other.tiles).zip(passes) {
+            a.passes = passes;
             for (p, q) in a.pixels.iter_mut().zip(&b.pixels) {
                 p.merge(q);
             }

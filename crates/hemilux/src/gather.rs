@@ -2,13 +2,17 @@
 //!
 //! Every lobe of the BRDF is integrated in its own chart of the unit square: the cosine-weighted disk for diffuse ones,
 //! visible normals for glossy ones. Luminaires are sampled by shadow rays; a gather ray that meets a luminaire first
-//! thing shares it with them by the power heuristic on counts, one that meets it at the end of a specular chain has
-//! found a *virtual luminaire* and counts fully. A [`Strategy`] decides the strata; everything else is shared.
+//! thing shares it with them by the power heuristic on counts. A luminaire at the end of a specular chain is a *virtual
+//! luminaire*: besides the broad strata, cones around the images that light particles have found near the point
+//! ([`crate::zones::records`]) are sampled for it, and both share it by the power heuristic. The cones come from particles
+//! alone, never from values that enter the estimate, so they cost noise where they are wrong and no bias.
+//! A [`Strategy`] decides the broad strata; everything else is shared.
 
 use crate::bsdf::{Bsdf, BsdfSample, LobeClass, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
-use crate::transport::{Arrival, Start, Walker, power_heuristic};
+use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
+use crate::zones::records::{Cone, MOST};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -87,11 +91,13 @@ pub fn gather(
     bsdf: &Bsdf,
     plan: &GatherPlan,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     let wo = s.frame.to_local(s.wo);
     let shares = Shares::new(bsdf, wo, plan.rays);
-    let mut radiance = shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, rays);
+    let cones = Cones::new(walker, s, plan);
+    let mut radiance = virtual_luminaires(walker, s, bsdf, wo, &shares, &cones, plan, sampler, tally);
+    radiance += shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
         let n = shares.rays[k];
         if n == 0 {
@@ -102,7 +108,7 @@ pub fn gather(
         for i in 0..n {
             let Some(sample) = lobe.sample(wo, points.point(i), Quantity::Radiance) else { continue };
             let mut branch = sampler.branch(i);
-            sum += gather_ray(walker, s, &sample, n, plan.shadow_rays, &mut branch, rays);
+            sum += gather_ray(walker, s, &sample, n, &cones, plan.shadow_rays, &mut branch, tally);
         }
         radiance += sum * (1.0 / n as f32);
     }
@@ -115,17 +121,115 @@ fn gather_ray(
     s: &Surface,
     sample: &BsdfSample,
     n: u32,
+    cones: &Cones,
     shadow_rays: u32,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     let wi = s.frame.to_world(sample.wi).normalize();
     if s.is_front(wi) != (sample.wi.z > 0.0) || sample.weight.is_black() {
         return Rgb::BLACK;
     }
     let arrival = Arrival::Shared { from: s.p, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
-    let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1 };
-    sample.weight * walker.field_radiance(start, sampler, rays)
+    let other = cones.rays as f32 * cones.density(wi);
+    let chain = power_heuristic(n as f32 * sample.pdf, other);
+    let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1, chain };
+    sample.weight * walker.field_radiance(start, sampler, tally)
+}
+
+/// The cones of the virtual luminaires expected at a point: a mixture of directions.
+struct Cones {
+    cones: [Cone; MOST],
+    count: usize,
+    /// Samples to take.
+    rays: u32,
+}
+
+impl Cones {
+    fn new(walker: &Walker, s: &Surface, plan: &GatherPlan) -> Cones {
+        let empty = Cone { axis: Vec3::Z, height: 1.0, share: 0.0 };
+        let mut all = Cones { cones: [empty; MOST], count: 0, rays: 0 };
+        let Some(zones) = walker.zones else { return all };
+        if zones.records().is_empty() {
+            return all;
+        }
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let (mut previous, mut kept) = (0.0, 0.0);
+        for candidate in zones.records().near(s.p, n) {
+            let cone = candidate.cone(s.p, previous);
+            previous = candidate.cumulative();
+            if cone.axis.dot(n) > 0.0 {
+                all.cones[all.count] = cone;
+                all.count += 1;
+                kept += cone.share;
+            }
+        }
+        all.cones[..all.count].iter_mut().for_each(|c| c.share /= kept);
+        if all.count > 0 {
+            // As many as there are images, within what the gather may cost.
+            all.rays = (all.count as u32).clamp(plan.rays.div_ceil(4), plan.rays * 2).max(1);
+        }
+        all
+    }
+
+    /// Density per steradian of the mixture at `w`.
+    #[inline]
+    fn density(&self, w: Vec3) -> f32 {
+        self.cones[..self.count].iter().filter(|c| c.contains(w)).map(|c| c.share * c.density()).sum()
+    }
+
+    /// The cone that holds `u` of the mixture.
+    fn pick(&self, u: f32) -> &Cone {
+        let mut left = u;
+        for cone in &self.cones[..self.count] {
+            if left < cone.share {
+                return cone;
+            }
+            left -= cone.share;
+        }
+        &self.cones[self.count - 1]
+    }
+}
+
+/// Virtual luminaires by sampling the cones, systematically over the mixture, each lobe weighted against its own gather
+/// rays.
+fn virtual_luminaires(
+    walker: &Walker,
+    s: &Surface,
+    bsdf: &Bsdf,
+    wo: Vec3,
+    shares: &Shares,
+    cones: &Cones,
+    plan: &GatherPlan,
+    sampler: &mut Sampler,
+    tally: &mut Tally,
+) -> Rgb {
+    let shift = sampler.next1();
+    let points = plan.strategy.points(sampler, cones.rays.max(1));
+    let mut sum = Rgb::BLACK;
+    for i in 0..cones.rays {
+        let u = (i as f32 + shift) / cones.rays as f32;
+        let w = cones.pick(u).sample(points.point(i));
+        let wi = s.frame.to_local(w);
+        if s.is_front(w) != (wi.z > 0.0) {
+            continue;
+        }
+        let here = cones.rays as f32 * cones.density(w);
+        let mut f = Rgb::BLACK;
+        for (k, lobe) in bsdf.lobes().iter().enumerate() {
+            if shares.rays[k] > 0 {
+                let gathered = shares.rays[k] as f32 * lobe.pdf_solid_angle(wo, wi);
+                f += lobe.eval(wo, wi, Quantity::Radiance) * power_heuristic(here, gathered);
+            }
+        }
+        if f.is_black() || here <= 0.0 {
+            continue;
+        }
+        let mut branch = sampler.branch(i);
+        let radiance = walker.virtual_radiance(s.leave(w), w, &mut branch, tally);
+        sum += f * radiance * (wi.z.abs() / here);
+    }
+    sum
 }
 
 /// Luminaires by shadow rays, stratified over luminaires and over their points, each lobe weighted against its own
@@ -138,7 +242,7 @@ fn shadow_rays(
     shares: &Shares,
     plan: &GatherPlan,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     let m = plan.shadow_rays;
     let shift = sampler.next1();
@@ -169,7 +273,7 @@ fn shadow_rays(
         if f.is_black() {
             continue;
         }
-        *rays += 1;
+        tally.rays += 1;
         if !l.is_occluded(walker.world, s) {
             sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
         }

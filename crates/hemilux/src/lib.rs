@@ -13,6 +13,7 @@ pub mod gather;
 pub mod picture;
 pub mod render;
 pub mod sampler;
+pub mod sense;
 pub mod sensor;
 pub mod transport;
 pub mod world;

@@ -4,13 +4,26 @@ use crate::film::Film;
 use hemilux_image::Image;
 
 /// The image of a film's region. Channels: `R G B` (radiance times the film's scale), `stderr.R/G/B` (standard error of
-/// the mean), `samples`, `albedo.R/G/B`, `N.X/Y/Z`, `Z` (m).
+/// the mean), `samples.N`, `albedo.R/G/B`, `N.X/Y/Z`, `depth.Z` (m). Only the picture itself has plain names: readers that take the unnamed layer for a picture
+/// see nothing else there.
 pub fn image(film: &Film, metadata: &[(String, String)]) -> Image {
     let [x0, x1, y0, y1] = film.region();
     let (width, height) = ((x1 - x0) as usize, (y1 - y0) as usize);
     const NAMES: [&str; 14] = [
-        "R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "samples", "albedo.R", "albedo.G", "albedo.B",
-        "N.X", "N.Y", "N.Z", "Z",
+        "R",
+        "G",
+        "B",
+        "stderr.R",
+        "stderr.G",
+        "stderr.B",
+        "samples.N",
+        "albedo.R",
+        "albedo.G",
+        "albedo.B",
+        "N.X",
+        "N.Y",
+        "N.Z",
+        "depth.Z",
     ];
     let mut planes = vec![vec![0f32; width * height]; NAMES.len()];
     film.for_each(|x, y, pixel| {

@@ -6,7 +6,7 @@
 use crate::film::{Film, Sample, Tile};
 use crate::gather::{GatherPlan, gather};
 use crate::sampler::Sampler;
-use crate::transport::{Arrival, Start, Walker};
+use crate::transport::{Arrival, Start, Tally, Walker};
 use crate::world::camera::{CameraRay, Lens};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
@@ -179,7 +179,7 @@ impl<'a> Renderer<'a> {
     }
 
     fn tile(&self, tile: &mut Tile, width: u32, passes: std::ops::Range<u32>) -> u64 {
-        let mut rays = 0;
+        let mut tally = Tally::default();
         for i in 0..tile.pixels.len() as u32 {
             let (x, y) = (tile.x0 + i % tile.width, tile.y0 + i / tile.width);
             let pixel = y as u64 * width as u64 + x as u64;
@@ -187,18 +187,18 @@ impl<'a> Renderer<'a> {
                 let mut sampler = Sampler::new(self.options.seed, pixel, pass);
                 let (u_film, u_lens) = (sampler.next2(), sampler.next2());
                 let ray = self.lens.ray(x, y, u_film, u_lens);
-                let mut sample = self.sample(&ray, &mut sampler, &mut rays);
+                let mut sample = self.sample(&ray, &mut sampler, &mut tally);
                 sample.radiance *= ray.weight * self.world.scene.film.scale;
                 tile.pixels[i as usize].add(&sample);
             }
         }
-        rays
+        tally.rays
     }
 
     /// One camera sample, unweighted.
-    pub fn sample(&self, ray: &CameraRay, sampler: &mut Sampler, rays: &mut u64) -> Sample {
+    pub fn sample(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Sample {
         let mut out = Sample::default();
-        *rays += 1;
+        tally.rays += 1;
         let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
         if let Some(s) = &first {
             out.depth = Some(s.t);
@@ -208,22 +208,30 @@ impl<'a> Renderer<'a> {
         out.radiance = match self.options.mode {
             Mode::Path => {
                 let walker = Walker { world: self.world, zones: None, max_depth: self.options.max_depth };
-                let start = Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0 };
-                walker.field_radiance_from(start, first, sampler, rays)
+                let start =
+                    Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+                walker.field_radiance_from(start, first, sampler, tally)
             }
-            Mode::Zonal | Mode::Zones => self.specular_tree(ray.dir, first, sampler, rays),
+            Mode::Zonal | Mode::Zones => self.specular_tree(ray, first, sampler, tally),
         };
         out
     }
 
     /// Follow mirrors and glass from the camera, both ways at each interface, and gather where they end.
-    fn specular_tree(&self, dir: Vec3, first: Option<Surface>, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
+    fn specular_tree(
+        &self,
+        ray: &CameraRay,
+        first: Option<Surface>,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
         let walker = Walker { world: self.world, zones: self.zones, max_depth: u32::MAX };
-        let mut waiting: Vec<(Vec3, Option<Surface>, Rgb, u32)> = vec![(dir, first, Rgb::WHITE, 0)];
+        let mut waiting: Vec<(Vec3, Vec3, Option<Surface>, Rgb, u32)> =
+            vec![(ray.origin, ray.dir, first, Rgb::WHITE, 0)];
         let mut radiance = Rgb::BLACK;
-        while let Some((dir, hit, beta, depth)) = waiting.pop() {
+        while let Some((origin, dir, hit, beta, depth)) = waiting.pop() {
             let Some(s) = hit else {
-                radiance += beta * walker.sky(dir, Arrival::Full);
+                radiance += beta * walker.sky(origin, dir, Arrival::Full);
                 continue;
             };
             radiance += beta * walker.emission(&s, Arrival::Full);
@@ -234,7 +242,7 @@ impl<'a> Renderer<'a> {
                         Mode::Zones => self.zone_radiance(&s),
                         _ => {
                             let plan = self.options.plan.scaled(beta.max());
-                            gather(&walker, &s, &bsdf, &plan, sampler, rays)
+                            gather(&walker, &s, &bsdf, &plan, sampler, tally)
                         }
                     };
             }
@@ -256,9 +264,10 @@ impl<'a> Renderer<'a> {
                         beta *= 1.0 / survive;
                     }
                     if !beta.is_black() && s.is_front(wi) == (branch.wi.z > 0.0) {
-                        *rays += 1;
-                        let hit = self.world.closest(s.leave(wi), wi, f32::INFINITY);
-                        waiting.push((wi, hit, beta, depth + 1));
+                        tally.rays += 1;
+                        let origin = s.leave(wi);
+                        let hit = self.world.closest(origin, wi, f32::INFINITY);
+                        waiting.push((origin, wi, hit, beta, depth + 1));
                     }
                 }
             }

@@ -3,7 +3,7 @@
 use crate::bsdf::Bsdf;
 use crate::gather::{GatherPlan, gather};
 use crate::sampler::Sampler;
-use crate::transport::Walker;
+use crate::transport::{Tally, Walker};
 use crate::world::Surface;
 use crate::world::luminaire::NO_LUMINAIRE;
 use hemilux_accel::{Hit, NO_INSTANCE};
@@ -35,9 +35,9 @@ pub fn irradiance(
     n: Vec3,
     plan: &GatherPlan,
     sampler: &mut Sampler,
-    rays: &mut u64,
+    tally: &mut Tally,
 ) -> Rgb {
     // A white Lambertian receiver radiates E / π.
     let white = Bsdf::diffuse(Rgb::WHITE);
-    gather(walker, &sensor_surface(p, n), &white, plan, sampler, rays) * std::f32::consts::PI
+    gather(walker, &sensor_surface(p, n), &white, plan, sampler, tally) * std::f32::consts::PI
 }

@@ -21,6 +21,25 @@ pub const ZONE_TRUST: f32 = 2.0;
 const ROULETTE_FROM: u32 = 3;
 /// No walk is longer; reached with probability below 1e-20 unless nothing absorbs.
 const LONGEST_WALK: u32 = 4096;
+/// Specular events of a chain; roulette ends it long before.
+const LONGEST_CHAIN: u32 = 256;
+
+/// What walks cost and found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Rays traced.
+    pub rays: u64,
+    /// Luminaires (or sky) of at least luminance `bright` met at the end of a specular chain, by chance.
+    pub chain_hits: u64,
+    /// What counts as bright (W·sr⁻¹·m⁻²).
+    pub bright: f32,
+}
+
+impl Tally {
+    fn note(&mut self, in_chain: bool, met: Rgb) {
+        self.chain_hits += (in_chain && !met.is_black() && met.luminance() >= self.bright) as u64;
+    }
+}
 
 /// What a luminaire counts where a ray meets it.
 #[derive(Clone, Copy, Debug)]
@@ -73,14 +92,16 @@ pub struct Start {
     pub arrival: Arrival,
     /// Scattering events before this ray.
     pub depth: u32,
+    /// What a luminaire counts at the end of a specular chain from the start: 1 unless something else looks for it too.
+    pub chain: f32,
 }
 
 impl<'a> Walker<'a> {
-    /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds the rays it traces to `rays`.
-    pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
-        *rays += 1;
+    /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
+    pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        tally.rays += 1;
         let hit = self.world.closest(start.origin, start.dir, f32::INFINITY);
-        self.field_radiance_from(start, hit, sampler, rays)
+        self.field_radiance_from(start, hit, sampler, tally)
     }
 
     /// The same, given what the first ray meets.
@@ -89,26 +110,30 @@ impl<'a> Walker<'a> {
         start: Start,
         mut hit: Option<Surface>,
         sampler: &mut Sampler,
-        rays: &mut u64,
+        tally: &mut Tally,
     ) -> Rgb {
-        let Start { mut dir, mut arrival, mut depth, .. } = start;
+        let Start { mut origin, mut dir, mut arrival, mut depth, .. } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
         // caustic bin holds the same.
-        let mut after_chain = Rgb::WHITE;
+        let mut after_chain = Rgb::splat(start.chain);
         let mut in_chain = false;
         let mut travelled = 0.0;
         loop {
             let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                radiance += beta * chain * self.sky(dir, arrival);
+                let sky = self.sky(origin, dir, arrival);
+                tally.note(in_chain, sky);
+                radiance += beta * chain * sky;
                 break;
             };
             travelled += s.t;
             if s.luminaire != NO_LUMINAIRE {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                radiance += beta * chain * self.emission(&s, arrival);
+                let emission = self.emission(&s, arrival);
+                tally.note(in_chain, emission);
+                radiance += beta * chain * emission;
             }
             if depth >= self.max_depth.min(LONGEST_WALK) {
                 break;
@@ -129,7 +154,7 @@ impl<'a> Walker<'a> {
                 break;
             }
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, on, wo, sampler, rays);
+                radiance += beta * self.direct(&s, on, wo, sampler, tally);
             }
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
             let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
@@ -155,17 +180,51 @@ impl<'a> Walker<'a> {
             if beta.is_black() || !roulette(&mut beta, depth, sampler) {
                 break;
             }
-            dir = wi;
-            *rays += 1;
-            hit = self.world.closest(s.leave(wi), wi, f32::INFINITY);
+            (origin, dir) = (s.leave(wi), wi);
+            tally.rays += 1;
+            hit = self.world.closest(origin, dir, f32::INFINITY);
         }
         radiance
     }
 
-    /// Radiance of the skies along `dir`, weighted.
-    pub(crate) fn sky(&self, dir: Vec3, arrival: Arrival) -> Rgb {
+    /// An estimate of what arrives along a ray from luminaires at the end of specular chains, and only that: the ray
+    /// follows mirrors and glass until it meets something else.
+    pub fn virtual_radiance(&self, origin: Vec3, dir: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let (mut origin, mut dir, mut beta) = (origin, dir, Rgb::WHITE);
+        let mut radiance = Rgb::BLACK;
+        for depth in 0..LONGEST_CHAIN {
+            tally.rays += 1;
+            let Some(s) = self.world.closest(origin, dir, f32::INFINITY) else {
+                if depth > 0 {
+                    radiance += beta * self.sky(origin, dir, Arrival::Full);
+                }
+                break;
+            };
+            if depth > 0 {
+                radiance += beta * self.emission(&s, Arrival::Full);
+            }
+            let bsdf = self.world.bsdf(&s);
+            if !bsdf.has_delta() {
+                break;
+            }
+            let Some((wi, weight)) = specular_branch(&s, &bsdf, sampler.next1()) else { break };
+            beta *= weight;
+            if depth >= ROULETTE_FROM {
+                let survive = beta.max().min(0.95);
+                if sampler.next1() >= survive {
+                    break;
+                }
+                beta *= 1.0 / survive;
+            }
+            (origin, dir) = (s.leave(wi), wi);
+        }
+        radiance
+    }
+
+    /// Radiance of the skies at `origin` along `dir`, weighted.
+    pub(crate) fn sky(&self, origin: Vec3, dir: Vec3, arrival: Arrival) -> Rgb {
         let mut sum = Rgb::BLACK;
-        for (radiance, i) in self.world.luminaires.sky_radiance(&self.world.scene, dir) {
+        for (radiance, i) in self.world.luminaires.sky_radiance(&self.world.scene, origin, dir) {
             if radiance.is_black() {
                 continue;
             }
@@ -226,7 +285,7 @@ impl<'a> Walker<'a> {
     }
 
     /// One luminaire sample at `s`, weighted against sampling the scattering.
-    fn direct(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
+    fn direct(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         let (u_pick, u) = (sampler.next1(), sampler.next2());
         let Some(l) = self.world.luminaires.sample(&self.world.scene, s.p, u_pick, u) else {
             return Rgb::BLACK;
@@ -244,12 +303,30 @@ impl<'a> Walker<'a> {
         } else {
             1.0
         };
-        *rays += 1;
+        tally.rays += 1;
         if l.is_occluded(self.world, s) {
             return Rgb::BLACK;
         }
         f * l.radiance * (weight / l.pdf_solid_angle)
     }
+}
+
+/// One of the specular ways on from `s`, picked in proportion to what it carries, with its weight over probability.
+fn specular_branch(s: &Surface, bsdf: &Bsdf, u: f32) -> Option<(Vec3, Rgb)> {
+    let wo = s.frame.to_local(s.wo);
+    let branches = || bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Radiance)).flatten();
+    let all: f32 = branches().map(|b| b.weight.max()).sum();
+    let mut left = u * all;
+    for b in branches() {
+        let strength = b.weight.max();
+        if left < strength {
+            let wi = s.frame.to_world(b.wi).normalize();
+            let kept = s.is_front(wi) == (b.wi.z > 0.0);
+            return kept.then_some((wi, b.weight * (all / strength)));
+        }
+        left -= strength;
+    }
+    None
 }
 
 /// What a walk still has to follow behind a vertex.

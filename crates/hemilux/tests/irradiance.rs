@@ -155,3 +155,30 @@ fn inside_an_emitting_sphere() {
         assert_is(&format!("inside at {p:?}"), e, PI, PI * 1.02);
     }
 }
+
+/// CIE overcast sky, L = Lz (1 + 2 sin γ) / 3, as an image: horizontal and vertical closed forms, importance-sampled.
+#[test]
+fn overcast_sky_from_an_image() {
+    let (width, height) = (64u32, 1024u32);
+    let mut texels = Vec::new();
+    for y in 0..height {
+        // Latitude–longitude, z up: rows from the zenith down; below the horizon nothing.
+        let theta = (y as f64 + 0.5) / height as f64 * PI;
+        let radiance = if theta < PI / 2.0 { (1.0 + 2.0 * theta.cos()) / 3.0 } else { 0.0 };
+        texels.extend(std::iter::repeat_n(Rgb::splat(radiance as f32), width as usize));
+    }
+    let mut scene = empty();
+    scene.images.push(TextureImage { width, height, texels, alpha: None, path: Default::default() });
+    scene.environments.push(Environment::Image {
+        image: ImageId(0),
+        scale: Rgb::WHITE,
+        layout: EnvironmentLayout::LatLong,
+        to_world: DAffine3::IDENTITY,
+        portal: None,
+    });
+    let world = World::new(scene);
+    let up = path_irradiance(&world, [0.0; 3], [0.0, 0.0, 1.0], 4000);
+    assert_is("overcast, horizontal", up, 2.443460953, PI);
+    let side = path_irradiance(&world, [0.0; 3], [1.0, 0.0, 0.0], 8000);
+    assert_is("overcast, vertical", side, 0.968043220, 0.968043220 * 1.03);
+}

@@ -6,7 +6,7 @@ use hemilux::film::Film;
 use hemilux::render::{Mode, RenderOptions, Renderer, Stop};
 use hemilux::sampler::Sampler;
 use hemilux::sensor::irradiance;
-use hemilux::transport::Walker;
+use hemilux::transport::{Tally, Walker};
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::geom::Vec3;
@@ -32,7 +32,14 @@ fn zonal_irradiance(world: &World, zones: &Zones, p: [f32; 3], n: [f32; 3], coun
     let walker = Walker { world, zones: Some(zones), max_depth: u32::MAX };
     statistics(count, |i| {
         let mut sampler = Sampler::new(11, i as u64, 0);
-        irradiance(&walker, Vec3::from(p), Vec3::from(n).normalize(), &PLAN, &mut sampler, &mut 0)[1] as f64
+        irradiance(
+            &walker,
+            Vec3::from(p),
+            Vec3::from(n).normalize(),
+            &PLAN,
+            &mut sampler,
+            &mut Tally::default(),
+        )[1] as f64
     })
 }
 
@@ -264,4 +271,89 @@ fn zone_files_round_trip_and_refuse_damage() {
     other.content_hash = 99;
     let text = Zones::read(&World::new(other), &bytes).unwrap_err().to_string();
     assert!(text.starts_with("made from another scene"), "{text}");
+}
+
+/// A quadrilateral of given irradiance answers: the mean over one square of what another sends is its form factor.
+#[test]
+fn form_factors_of_squares_by_particles() {
+    // Parallel unit squares at distance 1, 2 × 2 at 1, 1 × 1 at 2; perpendicular ones with a common edge.
+    for (side, distance, truth) in
+        [(1.0f32, 1.0f32, 0.199824896), (2.0, 1.0, 0.415253284), (1.0, 2.0, 0.068589589)]
+    {
+        let mut scene = empty();
+        let m = diffuse(&mut scene, 0.0);
+        quad(&mut scene, [0.0; 3], [side, 0.0, 0.0], [0.0, side, 0.0], m, emission(1.0));
+        quad(&mut scene, [0.0, 0.0, distance], [0.0, side, 0.0], [side, 0.0, 0.0], m, None);
+        assert_form_factor(scene, side as f64, truth, &format!("parallel {side} at {distance}"));
+    }
+    for (height, truth) in [(1.0f32, 0.200043776), (2.0, 0.232852603)] {
+        let mut scene = empty();
+        let m = diffuse(&mut scene, 0.0);
+        quad(&mut scene, [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], m, emission(1.0));
+        quad(&mut scene, [0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, height], m, None);
+        assert_form_factor(scene, 1.0, truth, &format!("perpendicular, height {height}"));
+    }
+}
+
+fn assert_form_factor(scene: Scene, side: f64, truth: f64, what: &str) {
+    let world = World::new(scene);
+    let zones = Zones::solve(&world, &ZoneOptions { budget: 200, particles: 1 << 19, seed: 4 });
+    let map = zones.map();
+    let incident = |z: u32| {
+        (0..2).map(|s| zones.irradiance(z, s)[1] as f64).sum::<f64>() * map.areas()[z as usize] as f64
+    };
+    let received: f64 = (0..map.len() as u32).map(incident).sum();
+    let f = received / (PI * side * side);
+    // A particle arrives or not: binomial, and stratification can only help. 4.4 standard deviations.
+    let sd = (truth * (1.0 - truth) / zones.particles as f64).sqrt();
+    println!("{what}: {f:.6}, truth {truth:.6}, sd {sd:.6}");
+    assert!((f - truth).abs() < 4.4 * sd, "{what}: {f}, truth {truth}");
+    assert!((f - truth * 1.03).abs() > 4.4 * sd, "cannot tell three per cent");
+}
+
+/// A board 1 cm before a wall, both facing the same way: the wall's zones do not take the board's irradiance.
+#[test]
+fn a_board_before_a_wall_shades_it() {
+    let mut scene = empty();
+    let m = diffuse(&mut scene, 0.0);
+    quad(&mut scene, [-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], m, None);
+    quad(&mut scene, [-1.0, -1.0, 0.01], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], m, None);
+    sphere(&mut scene, [0.0, 0.0, 3.0], 0.2, false, m, emission(100.0));
+    let world = World::new(scene);
+    let zones = Zones::solve(&world, &ZoneOptions { budget: 2000, particles: 1 << 19, seed: 4 });
+    let below = |x: f32, y: f32, z: f32| {
+        let s = world.closest(Vec3::new(x, y, z), Vec3::NEG_Z, f32::INFINITY).unwrap();
+        let place = zones.locate(&world, &s, [0.5, 0.5]);
+        zones.irradiance(place.zone, place.side)[1]
+    };
+    // From between board and wall, a hand's breadth inside the board's rim: exactly dark.
+    assert_eq!(below(0.5, 0.3, 0.005), 0.0);
+    assert_eq!(below(-0.8, 0.8, 0.005), 0.0);
+    assert!(
+        below(0.5, 0.3, 1.0) > 1.0 && below(1.6, 0.0, 1.0) > 0.5,
+        "negative control: both are lit from above"
+    );
+}
+
+/// Mirrored and stretched instances: a lamp inside a placed glass-free shell, seen through its transform, keeps sides.
+#[test]
+fn a_mirrored_instance_keeps_its_outside_outside() {
+    let mut scene = empty();
+    let m = diffuse(&mut scene, 0.5);
+    sphere(&mut scene, [0.0; 3], 1.0, false, m, None);
+    let shell = scene.shapes.pop().unwrap();
+    scene.objects.push(Object { name: "ball".into(), shapes: vec![shell] });
+    for scale in [geom::DVec3::new(1.0, 2.0, 0.5), geom::DVec3::new(-1.0, 2.0, 0.5)] {
+        let mut scene = scene.clone();
+        scene.instances.push(Instance { object: 0, to_world: geom::DAffine3::from_scale(scale) });
+        let world = World::new(scene);
+        for d in [Vec3::X, Vec3::Y, Vec3::new(0.3, -0.2, 0.9).normalize()] {
+            let s = world.closest(d * 10.0, -d, f32::INFINITY).unwrap();
+            assert!(s.is_front(d), "{scale}: outside seen from {d}");
+            // The normal of an ellipsoid at p is along p / axes².
+            let a = scale.as_vec3();
+            let n = (s.p / (a * a)).normalize();
+            assert!((s.ng - n).length() < 1e-4, "{} and {n}", s.ng);
+        }
+    }
 }

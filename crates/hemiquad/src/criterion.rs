@@ -11,6 +11,8 @@ pub struct CellView<'a> {
     pub inside: &'a [f64],
     /// The mean values of its neighbours.
     pub around: &'a [f64],
+    /// The areas of its neighbours, in the same order.
+    pub around_area: &'a [f64],
     /// One of its samples.
     pub at: Uv<f64>,
 }
@@ -30,20 +32,30 @@ impl CellView<'_> {
             low = low.min(x);
             high = high.max(x);
         }
-        let mut c = if low <= high { high - low } else { 0.0 };
-        for &x in self.around {
-            c = c.max(high - x).max(x - low);
-        }
-        c
+        // Comparisons that NaN fails, not `max`, which treats it apart and is no single instruction.
+        let larger = |c: f64, d: f64| if d > c { d } else { c };
+        self.around.iter().fold(larger(0.0, high - low), |c, x| larger(larger(c, high - x), x - low))
     }
 
-    /// The mean square difference between a value inside and one around, halved: a guess at the variance in the cell.
+    /// How much brighter than the darkest neighbour, or an eighth of how much darker than the brightest.
+    #[inline]
+    fn unresolved(&self) -> f64 {
+        let m = self.mean();
+        self.around.iter().fold(0.0, |p, x| f64::max(p, (m - x).max(0.125 * (x - m))))
+    }
+
+    /// The mean square difference between a value inside and one around, halved: a guess at the variance in the cell. A smaller
+    /// neighbour says something about a part as large as itself only.
     #[inline]
     pub fn variance(&self) -> f64 {
         let m = self.mean();
         let inner: f64 = self.inside.iter().map(|x| (x - m) * (x - m)).sum();
-        let outer: f64 = self.around.iter().map(|x| 0.5 * (x - m) * (x - m)).sum();
-        (inner + outer) / (self.inside.len() + self.around.len()).max(1) as f64
+        let outer = self
+            .around
+            .iter()
+            .zip(self.around_area)
+            .map(|(x, a)| 0.5 * (x - m) * (x - m) * if *a < self.area { a / self.area } else { 1.0 });
+        (inner + outer.sum::<f64>()) / (self.inside.len() + self.around.len()).max(1) as f64
     }
 }
 
@@ -56,8 +68,12 @@ pub enum Criterion<'a> {
     Contrast,
     /// How much it contributes: its mean value. For ragged features: sample where it is bright.
     Value,
-    /// The predicted deviation: root of the mean square contrast, with a share of the value for what the samples cannot show.
+    /// The predicted deviation: root of the mean square contrast.
     Deviation,
+    /// For enlarged luminaires: contrast × the side of the cell, an eighth of it for the darker side. A feature of flux F hidden
+    /// somewhere in a cell of area a causes a deviation ∝ F √a, whatever its true size; bright cells go first, because most
+    /// of their dark neighbours are no longer beside the feature once that has shrunk.
+    Unresolved,
     /// Anything else.
     User(&'a (dyn Fn(&CellView<'_>) -> f64 + Sync)),
 }
@@ -68,6 +84,7 @@ impl std::fmt::Debug for Criterion<'_> {
             Criterion::Contrast => "Contrast",
             Criterion::Value => "Value",
             Criterion::Deviation => "Deviation",
+            Criterion::Unresolved => "Unresolved",
             Criterion::User(_) => "User",
         })
     }
@@ -101,10 +118,12 @@ impl Weighted<'_> {
         let raw = match self.criterion {
             Criterion::Contrast => cell.contrast(),
             Criterion::Value => cell.mean().abs(),
-            Criterion::Deviation => (cell.variance() + 0.01 * cell.mean() * cell.mean()).sqrt(),
+            Criterion::Deviation => cell.variance().sqrt(),
+            Criterion::Unresolved => cell.unresolved() * cell.area.sqrt(),
             Criterion::User(f) => f(cell),
         };
         let p = raw * cell.area * self.weight.map_or(1.0, |w| w(cell.at));
+        // Also for NaN.
         if p > 0.0 { p } else { 0.0 }
     }
 }

@@ -24,6 +24,12 @@ fn gather(mut x: u64) -> u64 {
     (x | (x >> 16)) & 0xffff_ffff
 }
 
+/// Interleaves the bits of two numbers, the first at the even places.
+#[inline(always)]
+pub(crate) fn interleave(x: u32, y: u32) -> u64 {
+    spread(x as u64) | (spread(y as u64) << 1)
+}
+
 const SIDE: f64 = (1u64 << 26) as f64;
 const LENGTH: f64 = (1u64 << 52) as f64;
 

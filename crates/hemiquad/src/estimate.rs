@@ -141,13 +141,9 @@ impl<V: Value> Pairs<V> {
         self.variance.each(f64::sqrt)
     }
 
-    /// Satterthwaite's degrees of freedom of a sum of variances with one degree each; the squares of such variances are
-    /// three times too large on average, which is taken out.
+    /// Satterthwaite's degrees of freedom of a sum of variances with one degree each. For equal normal strata it is three times
+    /// too small; strata that are hit now and then are neither, and need the room.
     pub fn degrees_of_freedom(&self) -> f64 {
-        if self.drive2 > 0.0 {
-            (3.0 * self.drive * self.drive / self.drive2 - 2.0).max(1.0)
-        } else {
-            f64::INFINITY
-        }
+        if self.drive2 > 0.0 { (self.drive * self.drive / self.drive2).max(1.0) } else { f64::INFINITY }
     }
 }

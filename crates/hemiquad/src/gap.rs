@@ -46,7 +46,7 @@ impl Gap {
         };
         let mut worst: f64 = 0.0;
         for by in 0..side {
-            for bx in 0..side {
+            'bucket: for bx in 0..side {
                 let (cx, cy) = ((bx as f64 + 0.5) * h, (by as f64 + 0.5) * h);
                 let mut best = f64::INFINITY;
                 for ring in 0..side {
@@ -61,6 +61,10 @@ impl Gap {
                         if y + ring == by || y == by + ring {
                             for x in x0..=x1 {
                                 best = best.min(nearest(y * side + x, cx, cy));
+                                // No larger gap than the largest so far.
+                                if best <= worst {
+                                    continue 'bucket;
+                                }
                             }
                         } else {
                             // The inner rows of a ring have two buckets only.
@@ -69,6 +73,9 @@ impl Gap {
                             }
                             if bx + ring < side {
                                 best = best.min(nearest(y * side + bx + ring, cx, cy));
+                            }
+                            if best <= worst {
+                                continue 'bucket;
                             }
                         }
                     }

@@ -22,7 +22,8 @@ pub enum Size {
     True,
     /// This many times their area, and as many times less bright: the report's enlarged luminaires (section 4).
     Times(f64),
-    /// At least this large a radius, in the unit square: the report's shrinking luminaires (section 4).
+    /// So large that every point of the square within this distance of a feature's centre is lit by it, and as much less bright:
+    /// the report's shrinking luminaires (section 4).
     AtLeast(f64),
 }
 

@@ -1,6 +1,7 @@
 //! Places known beforehand: where luminaires, casters or predicted features lie on the square (or on the hemisphere behind it).
 
 use crate::map::{Concentric, Cone, Dir, Map, Uv};
+use crate::points::Key;
 use std::f64::consts::PI;
 
 /// A region of the unit square that can be sampled uniformly.
@@ -101,6 +102,31 @@ impl Shape {
                 }
             }
             Shape::Cap { axis, height } => Shape::Cap { axis, height: (height * k * k).min(2.0) },
+        }
+    }
+}
+
+impl Shape {
+    /// What an imperfect prediction makes of a shape: `k` times as wide (k ≥ 1), and moved at random as far as it still covers
+    /// the shape.
+    pub fn misplaced(&self, k: f64, key: Key) -> Shape {
+        let wide = self.inflated(k);
+        let (x, y) = crate::map::square_to_disk(key.uniform2_f64(0));
+        match (*self, wide) {
+            (Shape::Disk { centre, radius }, Shape::Disk { radius: big, .. }) => {
+                let room = big - radius;
+                Shape::Disk { centre: Uv::new(centre.u + room * x, centre.v + room * y), radius: big }
+            }
+            (Shape::Cap { axis, height }, Shape::Cap { height: big, .. }) => {
+                // Half-angle from the height: h = 2 sin²(s/2).
+                let half = |h: f64| 2.0 * (0.5 * h).sqrt().min(1.0).asin();
+                let angle = (half(big) - half(height)) * x.hypot(y);
+                let (s, c) = (angle.sin(), angle.cos());
+                let r = x.hypot(y).max(f64::MIN_POSITIVE);
+                let moved = turn(axis, Dir::from_unit(s * x / r, s * y / r, c));
+                Shape::Cap { axis: moved, height: big }
+            }
+            _ => wide,
         }
     }
 }

@@ -266,3 +266,42 @@ fn blocks_of_eight_give_the_same_bits() {
         }
     }
 }
+
+#[test]
+fn the_guaranteed_cap_is_the_largest_that_can_be_missed() {
+    let degrees = |n| Concentric::guaranteed_cap(n).to_degrees();
+    assert!(
+        (degrees(10) - 23.8).abs() < 0.3 && (degrees(16) - 15.0).abs() < 0.3,
+        "{} {}",
+        degrees(10),
+        degrees(16)
+    );
+    // By brute force for n = 10: the farthest point of every cell from many centres, horizon included.
+    let n = 10;
+    let mut worst: f64 = 0.0;
+    for i in 0..3000u64 {
+        let p = point::<f64>(i);
+        let c = Concentric.dir(if i % 2 == 0 { p } else { Uv::new(p.u, 0.0) });
+        let mut best = f64::INFINITY;
+        for cell in 0..n * n {
+            let (x, y) = ((cell % n) as f64, (cell / n) as f64);
+            let mut far: f64 = 0.0;
+            for k in 0..=6 {
+                let t = k as f64 / 6.0;
+                for (a, b) in [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)] {
+                    let q: Dir<f64> = Concentric.dir(Uv::new((x + a) / n as f64, (y + b) / n as f64));
+                    far = far.max(q.dot(c).clamp(-1.0, 1.0).acos());
+                }
+            }
+            best = best.min(far);
+        }
+        worst = worst.max(best);
+    }
+    let claimed = Concentric::guaranteed_cap(n);
+    assert!(
+        worst <= claimed * 1.005 && worst > claimed * 0.97,
+        "{} {}",
+        worst.to_degrees(),
+        claimed.to_degrees()
+    );
+}

@@ -1,6 +1,6 @@
 //! `hemilux image info`: format, size, channels, metadata, and what the values are like.
 
-use super::open;
+use super::open_with_format;
 use crate::args::ImageInfoArgs;
 use crate::failure::Failure;
 use crate::talk;
@@ -12,7 +12,8 @@ use std::path::Path;
 pub fn run(args: &ImageInfoArgs) -> Result<(), Failure> {
     let mut list = Vec::new();
     for path in &args.images {
-        list.push(facts(path, &open(path)?));
+        let (image, format) = open_with_format(path)?;
+        list.push(facts(path, &image, format));
     }
     let text = if args.json {
         let all = if list.len() == 1 { list.remove(0) } else { Value::Array(list) };
@@ -23,8 +24,7 @@ pub fn run(args: &ImageInfoArgs) -> Result<(), Failure> {
     talk::data(&text)
 }
 
-fn facts(path: &Path, image: &Image) -> Value {
-    let format = hemilux_image::probe(path).map(|s| s.format).ok().or(Format::from_path(path));
+fn facts(path: &Path, image: &Image, format: Option<Format>) -> Value {
     let channels: Vec<Value> = image.channels.iter().map(|c| statistics(&c.name, &c.data)).collect();
     json!({
         "file": path.display().to_string(),

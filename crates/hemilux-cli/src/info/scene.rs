@@ -3,7 +3,8 @@
 use hemilux::world::World;
 use hemilux_scene::geom::{DAffine3, DVec3};
 use hemilux_scene::{
-    Environment, Filter, Geometry, MaterialKind, Projection, Quadric, Scene, Shape, Texture,
+    Environment, Filter, Geometry, Material, MaterialId, MaterialKind, Projection, Quadric, Scene, Shape,
+    Texture,
 };
 use serde_json::{Map, Value, json};
 
@@ -15,7 +16,7 @@ pub fn facts(scene: Scene) -> Value {
     let triangles: usize = all_shapes().map(|s| mesh_size(&scene, s)).sum();
     let quadrics = all_shapes().filter(|s| matches!(s.geometry, Geometry::Quadric(..))).count();
     let mut materials = Map::new();
-    for m in &scene.materials {
+    for m in used_materials(&scene, all_shapes()) {
         count(&mut materials, material(&m.kind));
     }
     let mut textures = Map::new();
@@ -59,6 +60,22 @@ pub fn facts(scene: Scene) -> Value {
 fn count(map: &mut Map<String, Value>, key: &str) {
     let n = map.get(key).and_then(Value::as_u64).unwrap_or(0);
     map.insert(key.to_owned(), (n + 1).into());
+}
+
+/// The materials that some shape has, or a mix of such; the importer's arena may hold more.
+fn used_materials<'a>(scene: &'a Scene, shapes: impl Iterator<Item = &'a Shape>) -> Vec<&'a Material> {
+    let mut used = vec![false; scene.materials.len()];
+    let mut mark = |id: MaterialId| used.get_mut(id.0 as usize).into_iter().for_each(|u| *u = true);
+    shapes.for_each(|s| mark(s.material));
+    // A mix refers to earlier materials only.
+    for (i, m) in scene.materials.iter().enumerate().rev() {
+        if let (MaterialKind::Mix { a, b, .. }, true) = (&m.kind, used[i]) {
+            for id in [a, b] {
+                used.get_mut(id.0 as usize).into_iter().for_each(|u| *u = true);
+            }
+        }
+    }
+    scene.materials.iter().zip(used).filter(|m| m.1).map(|m| m.0).collect()
 }
 
 fn mesh_size(scene: &Scene, shape: &Shape) -> usize {

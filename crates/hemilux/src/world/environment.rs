@@ -70,8 +70,8 @@ impl Sky {
         }
     }
 
-    /// Radiance that arrives from unit direction `dir`.
-    pub fn radiance(&self, scene: &Scene, dir: Vec3) -> Rgb {
+    /// Radiance that arrives at `from` from unit direction `dir`. The place matters only behind a portal.
+    pub fn radiance(&self, scene: &Scene, from: Vec3, dir: Vec3) -> Rgb {
         match &self.kind {
             Kind::Constant(l) => *l,
             Kind::Sun { frame, radiance, height } => {
@@ -85,7 +85,7 @@ impl Sky {
                     return Rgb::BLACK;
                 };
                 if let Some(corners) = portal
-                    && !through_portal(corners, dir)
+                    && !through_portal(corners, from, dir)
                 {
                     return Rgb::BLACK;
                 }
@@ -143,10 +143,21 @@ impl Sky {
     }
 }
 
-/// Whether the direction passes through the window as seen from its own plane's far side.
-fn through_portal(corners: &[Vec3; 4], dir: Vec3) -> bool {
-    let n = (corners[1] - corners[0]).cross(corners[3] - corners[0]);
-    n.dot(dir) != 0.0
+/// Whether the ray from `from` along `dir` passes through the window (a parallelogram given by its corners in turn).
+fn through_portal(corners: &[Vec3; 4], from: Vec3, dir: Vec3) -> bool {
+    let [a, b, _, d] = corners.map(|c| c.as_dvec3());
+    let (from, dir) = (from.as_dvec3(), dir.as_dvec3());
+    let (e1, e2) = (b - a, d - a);
+    let n = e1.cross(e2);
+    let facing = n.dot(dir);
+    let t = n.dot(a - from) / facing;
+    if facing == 0.0 || t.is_nan() || t <= 0.0 {
+        return false;
+    }
+    let p = from + dir * t - a;
+    let (u, v) = (p.cross(e2).dot(n), e1.cross(p).dot(n));
+    let all = n.length_squared();
+    (0.0..=all).contains(&u) && (0.0..=all).contains(&v)
 }
 
 /// Keep a tenth of the largest neighbour so that no texel next to a bright one has a vanishing density.
@@ -300,6 +311,19 @@ mod tests {
         }
         // The first moment of a uniform sphere is zero.
         assert!((mean / n as f32).length() < 0.02);
+    }
+
+    #[test]
+    fn a_portal_lets_through_what_crosses_it() {
+        let corners = [[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]].map(Vec3::from);
+        let through = |from: [f32; 3], to: [f32; 3]| {
+            let from = Vec3::from(from);
+            through_portal(&corners, from, (Vec3::from(to) - from).normalize())
+        };
+        assert!(through([0.5, 0.5, 0.0], [1.9, 0.9, 1.0]) && through([0.5, 0.5, 3.0], [0.1, 0.1, 1.0]));
+        assert!(!through([0.5, 0.5, 0.0], [2.1, 0.5, 1.0]) && !through([0.5, 0.5, 0.0], [0.5, -0.1, 1.0]));
+        // Looking away from it, or along its plane.
+        assert!(!through([0.5, 0.5, 2.0], [0.5, 0.5, 3.0]) && !through([0.5, 0.5, 1.0], [1.0, 0.5, 1.0]));
     }
 
     #[test]

@@ -4,8 +4,10 @@
 //! power (Shirley, Wang and Zimmerman 1996); whole spheres are sampled by the cone they subtend, everything else by
 //! area. Densities name their measure and include the probability of the pick.
 
-#[cfg(test)]
-use super::convert;
+use super::emitter_points::{
+    Frame64, cone, mean_stretch, object_area, quadric_area_point, shape_radius, sphere_area_point,
+    stretch_world, triangle_point, whole_sphere,
+};
 use super::environment::Sky;
 use super::{World, texture};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
@@ -46,6 +48,8 @@ struct Luminaire {
 pub struct Luminaires {
     items: Vec<Luminaire>,
     emissions: Vec<Emission>,
+    /// Radius (m) of a ball around each emitting shape.
+    radii: Vec<f32>,
     skies: Vec<Sky>,
     sky_items: Vec<u32>,
     cumulative: Vec<f64>,
@@ -144,6 +148,7 @@ impl Luminaires {
             self.emissions.push(emission.clone());
             let unseen = shape.alpha == Some(FloatParam::Constant(0.0));
             let per_area = power_per_area(&world.scene, emission);
+            self.radii.push(shape_radius(world, &shape.geometry, to_world));
             let mut push = |emitter: Emitter, area: f64| {
                 powers.push(per_area * area);
                 self.items.push(Luminaire { emitter, emission: id, area: area as f32, pick: 0.0, unseen });
@@ -217,6 +222,48 @@ impl Luminaires {
         self.power
     }
 
+    /// Name and size of what luminaire `i` is part of, for grouping specular chains: a number for the emitting shape
+    /// (or sky), and the radius (m) of a ball around it with the distance (m) it counts as being away beyond the start
+    /// of the chain. `None` where it fills too much of the sky for its images to be small.
+    pub fn identity(&self, scene: &Scene, i: u32) -> Option<(u32, f32, f32)> {
+        let item = &self.items[i as usize];
+        match item.emitter {
+            Emitter::Sky(s) => match &scene.environments[s] {
+                hemilux_scene::Environment::Sun { cos_half_angle, .. } => {
+                    let far = 1e4 * self.bound.1;
+                    let tan = (1.0 - cos_half_angle * cos_half_angle).max(0.0).sqrt() / cos_half_angle;
+                    Some((u32::MAX - s as u32, far * tan as f32, far))
+                }
+                _ => None,
+            },
+            _ => Some((item.emission, self.radii[item.emission as usize], 0.0)),
+        }
+    }
+
+    /// A bound on the radiance of any luminaire or sky in any direction, weighted over the bands by `weights`
+    /// (non-negative).
+    pub fn brightest(&self, scene: &Scene, weights: [f64; 3]) -> f64 {
+        let weigh = |v: Rgb| (0..3).map(|c| weights[c] * v[c].max(0.0) as f64).sum::<f64>();
+        let image_max = |id: hemilux_scene::ImageId| {
+            let texels = &scene.images[id.0 as usize].texels;
+            texels.iter().fold(Rgb::BLACK, |m, t| Rgb([0, 1, 2].map(|c: usize| m[c].max(t[c]))))
+        };
+        let emissions = self.emissions.iter().map(|e| {
+            let image = e.image.map_or(Rgb::WHITE, image_max);
+            let profile = match &e.profile {
+                Profile::Uniform | Profile::Spot { .. } => Rgb::WHITE,
+                Profile::Goniometric { image, .. } | Profile::Projection { image, .. } => image_max(*image),
+            };
+            weigh(e.radiance * image * profile)
+        });
+        let skies = scene.environments.iter().map(|e| match e {
+            hemilux_scene::Environment::Constant { radiance } => weigh(*radiance),
+            hemilux_scene::Environment::Sun { radiance, .. } => weigh(*radiance),
+            hemilux_scene::Environment::Image { image, scale, .. } => weigh(image_max(*image) * *scale),
+        });
+        emissions.chain(skies).fold(0.0, f64::max)
+    }
+
     /// Luminaire of a primitive, or [`NO_LUMINAIRE`].
     #[inline]
     pub fn index(&self, instance: u32, _group: u32, shape: u32, within: u32) -> u32 {
@@ -244,13 +291,14 @@ impl Luminaires {
         (i, rest.clamp(0.0, 1.0 - f32::EPSILON))
     }
 
-    /// Radiance of every environment from `dir`, each with its index.
+    /// Radiance of every environment at `from` from `dir`, each with its index.
     pub(crate) fn sky_radiance<'a>(
         &'a self,
         scene: &'a Scene,
+        from: Vec3,
         dir: Vec3,
     ) -> impl Iterator<Item = (Rgb, u32)> + 'a {
-        self.skies.iter().zip(&self.sky_items).map(move |(s, &i)| (s.radiance(scene, dir), i))
+        self.skies.iter().zip(&self.sky_items).map(move |(s, &i)| (s.radiance(scene, from, dir), i))
     }
 
     /// Density per solid angle, pick included, with which [`Luminaires::sample`] from anywhere finds `dir` on sky `i`.
@@ -304,7 +352,7 @@ impl Luminaires {
         let met_by_rays = !item.unseen;
         if let Emitter::Sky(s) = item.emitter {
             let (wi, pdf) = self.skies[s].sample(scene, u);
-            let radiance = self.skies[s].radiance(scene, wi);
+            let radiance = self.skies[s].radiance(scene, from, wi);
             let pdf = pdf * item.pick;
             return (pdf > 0.0 && !radiance.is_black()).then_some(LuminaireSample {
                 wi,
@@ -436,7 +484,6 @@ impl Luminaires {
         u_dir: [f32; 2],
     ) -> Option<EmittedParticle> {
         let (towards, pdf) = self.skies[sky].sample(scene, u_dir);
-        let radiance = self.skies[sky].radiance(scene, towards);
         let dir = -towards;
         let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u_point[0], u_point[1]));
         let frame = Frame::from_normal(dir);
@@ -444,6 +491,11 @@ impl Luminaires {
         // A little wider than the ball, so that rounding does not cut its rim.
         let radius = radius * 1.0001;
         let origin = centre + (frame.s * x + frame.t * y) * radius - dir * (radius * 1.001);
+        let radiance = {
+            // Seen from behind the scene: a portal anywhere on the way counts.
+            let end = centre + (frame.s * x + frame.t * y) * radius + dir * radius;
+            self.skies[sky].radiance(scene, end, towards)
+        };
         let flux = radiance * (PI * radius * radius / (pdf * self.items[i].pick));
         (pdf > 0.0).then_some(EmittedParticle { origin, dir, flux, luminaire: i as u32 })
     }
@@ -585,170 +637,4 @@ fn emit_profile(
 fn cosine_direction(u: [f32; 2]) -> Vec3 {
     let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u[0], u[1]));
     Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
-}
-
-/// Uniform barycentrics (Heitz 2019, a low-distortion map).
-fn triangle_point(u: [f32; 2]) -> (f32, f32) {
-    if u[0] < u[1] {
-        let b0 = u[0] * 0.5;
-        (b0, u[1] - b0)
-    } else {
-        let b1 = u[1] * 0.5;
-        (u[0] - b1, b1)
-    }
-}
-
-/// Axis, distance and height (1 − cos of the half-angle) of the cone that a sphere fills. `None` where sampling by area
-/// has to do: from inside, and as near to the surface as rounding of `from` can tell; always if it emits inward.
-fn cone(from: Vec3, centre: DVec3, r: f64, sign: f64) -> Option<(DVec3, f64, f64)> {
-    let from = from.as_dvec3();
-    let to = centre - from;
-    let d2 = to.length_squared();
-    let rounding = 8.0 * f32::EPSILON as f64 * (from.abs().max_element() + centre.abs().max_element() + r);
-    if sign < 0.0 || d2 <= (r + rounding).powi(2) {
-        return None;
-    }
-    let sin2 = r * r / d2;
-    let distance = d2.sqrt();
-    Some((to / distance, distance, sin2 / (1.0 + (1.0 - sin2).sqrt())))
-}
-
-struct Frame64 {
-    s: DVec3,
-    t: DVec3,
-}
-
-impl Frame64 {
-    fn new(n: DVec3) -> Frame64 {
-        let s = n.any_orthonormal_vector();
-        Frame64 { s, t: n.cross(s) }
-    }
-}
-
-fn sphere_area_point(centre: DVec3, r: f64, u: [f32; 2]) -> (DVec3, DVec3, Vec2) {
-    let z = 1.0 - 2.0 * u[0] as f64;
-    let rho = (1.0 - z * z).max(0.0).sqrt();
-    let (s, c) = (2.0 * std::f64::consts::PI * u[1] as f64).sin_cos();
-    let n = DVec3::new(rho * c, rho * s, z);
-    (centre + n * r, n, Vec2::new(u[1], u[0]))
-}
-
-fn whole_sphere(q: Quadric, to_world: &DAffine3) -> Option<(DVec3, f64)> {
-    let Quadric::Sphere { radius, z_min, z_max, phi_max } = q else { return None };
-    let whole = z_min <= -radius && z_max >= radius && phi_max >= 2.0 * std::f64::consts::PI * (1.0 - 1e-9);
-    let m = to_world.matrix3;
-    let scale = m.x_axis.length();
-    let gram = m.transpose() * m;
-    let ideal = glam::DMat3::from_diagonal(DVec3::splat(scale * scale));
-    let similar = (gram - ideal).to_cols_array().iter().all(|v| v.abs() <= 1e-6 * scale * scale);
-    (whole && similar).then_some((to_world.translation, radius * scale))
-}
-
-/// Area before the placement (m²).
-fn object_area(q: Quadric) -> f64 {
-    match q {
-        Quadric::Sphere { radius, z_min, z_max, phi_max } => {
-            phi_max * radius * (z_max.min(radius) - z_min.max(-radius))
-        }
-        Quadric::Disk { radius, inner_radius, phi_max, .. } => {
-            0.5 * phi_max * (radius * radius - inner_radius * inner_radius)
-        }
-        Quadric::Cylinder { radius, z_min, z_max, phi_max } => phi_max * radius * (z_max - z_min),
-    }
-}
-
-/// World area per object area where the object's normal is `n` (unit).
-fn stretch(to_world: &DAffine3, n: DVec3) -> f64 {
-    let m = to_world.matrix3;
-    (m.determinant() * (m.inverse().transpose() * n).length()).abs()
-}
-
-/// The same, given the world normal (unit).
-fn stretch_world(to_world: &DAffine3, n: DVec3) -> f64 {
-    let object = (to_world.matrix3.transpose() * n).normalize_or_zero();
-    stretch(to_world, object)
-}
-
-fn mean_stretch(q: Quadric, to_world: &DAffine3) -> f64 {
-    let n = 32;
-    let cell = |i: usize| (i as f32 + 0.5) / n as f32;
-    let sum: f64 =
-        (0..n * n).map(|i| stretch(to_world, quadric_object_point(q, [cell(i % n), cell(i / n)]).1)).sum();
-    sum / (n * n) as f64
-}
-
-/// A point uniform over the object's area: position, unit normal, (u, v).
-fn quadric_object_point(q: Quadric, u: [f32; 2]) -> (DVec3, DVec3, Vec2) {
-    let (a, b) = (u[0] as f64, u[1] as f64);
-    match q {
-        Quadric::Sphere { radius, z_min, z_max, phi_max } => {
-            let (low, high) = (z_min.max(-radius), z_max.min(radius));
-            let z = low + (high - low) * b;
-            let rho = (radius * radius - z * z).max(0.0).sqrt();
-            let (s, c) = (phi_max * a).sin_cos();
-            let p = DVec3::new(rho * c, rho * s, z);
-            let angle = |z: f64| (z / radius).clamp(-1.0, 1.0).acos();
-            let span = angle(high) - angle(low);
-            let v = if span != 0.0 { (angle(z) - angle(low)) / span } else { 0.5 };
-            (p, p / radius, Vec2::new(u[0], v as f32))
-        }
-        Quadric::Disk { height, radius, inner_radius, phi_max } => {
-            let r =
-                (inner_radius * inner_radius + (radius * radius - inner_radius * inner_radius) * b).sqrt();
-            let (s, c) = (phi_max * a).sin_cos();
-            let v = (radius - r) / (radius - inner_radius);
-            (DVec3::new(r * c, r * s, height), DVec3::Z, Vec2::new(u[0], v as f32))
-        }
-        Quadric::Cylinder { radius, z_min, z_max, phi_max } => {
-            let (s, c) = (phi_max * a).sin_cos();
-            let n = DVec3::new(c, s, 0.0);
-            (n * radius + DVec3::Z * (z_min + (z_max - z_min) * b), n, Vec2::new(u[0], u[1]))
-        }
-    }
-}
-
-fn quadric_area_point(
-    q: Quadric,
-    to_world: &DAffine3,
-    area_object: f64,
-    u: [f32; 2],
-) -> (DVec3, DVec3, Vec2, f32) {
-    let (p, n, uv) = quadric_object_point(q, u);
-    let normal = (to_world.matrix3.inverse().transpose() * n).normalize_or_zero();
-    let pdf = 1.0 / (area_object * stretch(to_world, n));
-    (to_world.transform_point3(p), normal, uv, pdf as f32)
-}
-
-// The ray tracer's parametrisation must be the one that `quadric_object_point` reports.
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::f64::consts::TAU;
-
-    #[test]
-    fn sampled_points_lie_where_their_parameters_say() {
-        let quadrics = [
-            Quadric::Sphere { radius: 2.0, z_min: -1.0, z_max: 1.5, phi_max: 4.0 },
-            Quadric::Disk { height: 0.3, radius: 2.0, inner_radius: 0.5, phi_max: TAU },
-            Quadric::Cylinder { radius: 1.5, z_min: -1.0, z_max: 2.0, phi_max: 5.0 },
-        ];
-        for q in quadrics {
-            for u in [[0.1, 0.2], [0.7, 0.9], [0.5, 0.5]] {
-                let (p, n, uv) = quadric_object_point(q, u);
-                let at = convert(q).eval(uv.x as f64, uv.y as f64);
-                assert!((at.position - p).length() < 1e-6, "{q:?} {u:?}: {} and {p}", at.position);
-                assert!((at.normal.dot(n).abs() - 1.0).abs() < 1e-6);
-            }
-        }
-    }
-
-    #[test]
-    fn cone_of_a_tiny_sphere_keeps_its_digits() {
-        let (_, _, height) = cone(Vec3::ZERO, DVec3::new(0.0, 0.0, 4.0), 1e-4, 1.0).unwrap();
-        let exact = 1.0 - (1.0 - (1e-4f64 / 4.0).powi(2)).sqrt();
-        // The naive form is itself off by rounding; the series 1 − cos = s²/2 + s⁴/8 is not.
-        let s2 = (1e-4f64 / 4.0).powi(2);
-        assert!((height / (s2 / 2.0 + s2 * s2 / 8.0) - 1.0).abs() < 1e-12);
-        assert!((exact / height - 1.0).abs() > 1e-9, "the naive form would have done");
-    }
 }

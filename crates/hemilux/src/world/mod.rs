@@ -4,6 +4,7 @@
 //! `hemilux-accel`: per group (the world's own shapes, and each object) in the order of addition.
 
 pub mod camera;
+mod emitter_points;
 pub mod environment;
 pub mod luminaire;
 pub mod surface;
@@ -82,7 +83,6 @@ pub(crate) struct Placement {
     pub to_world: DAffine3,
     /// Normals go to world by this (inverse transpose).
     pub normal_to_world: glam::DMat3,
-    pub mirrors: bool,
 }
 
 /// The prepared scene.
@@ -121,7 +121,6 @@ impl World {
                 group: instance.object + 1,
                 to_world: instance.to_world,
                 normal_to_world: linear.inverse().transpose(),
-                mirrors: linear.determinant() < 0.0,
             });
         }
         let accel = builder.build();
@@ -138,6 +137,19 @@ impl World {
             World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, bound };
         world.luminaires = Luminaires::new(&world);
         world
+    }
+
+    /// Whether some surface reflects or refracts other than diffusely, so that virtual luminaires can exist.
+    pub fn has_casters(&self) -> bool {
+        let diffuse = |id: MaterialId| {
+            matches!(
+                self.scene.materials[id.0 as usize].kind,
+                MaterialKind::Diffuse { .. }
+                    | MaterialKind::DiffuseTransmission { .. }
+                    | MaterialKind::Interface
+            )
+        };
+        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !diffuse(s.material))
     }
 
     /// Centre and radius (m) of a ball around all geometry.
@@ -198,6 +210,28 @@ impl World {
             .with(s.p.x.to_bits() as u64 | (s.p.y.to_bits() as u64) << 32)
             .with(s.p.z.to_bits() as u64);
         key.uniform(0) >= alpha
+    }
+
+    /// The smooth piece of surface that `s` lies on, for telling specular chains apart: the plane of a flat facet, or
+    /// the whole shape where normals vary smoothly.
+    pub(crate) fn patch(&self, s: &Surface) -> u64 {
+        let shape = self.shape(s.group, s.shape);
+        let whole = (s.hit.instance as u64) << 32 | s.shape as u64;
+        let flat = match shape.geometry {
+            Geometry::Mesh(id) => self.scene.meshes[id.0 as usize].normals.is_empty(),
+            Geometry::Quadric(..) => false,
+        };
+        if !flat {
+            return whole;
+        }
+        let step = |v: f32, size: f32| (v / size).round() as i64 as u64;
+        let offset = s.ng.dot(s.p - self.bound.0);
+        hemiquad::points::Key::new(whole)
+            .with(step(s.ng.x, 1e-3))
+            .with(step(s.ng.y, 1e-3))
+            .with(step(s.ng.z, 1e-3))
+            .with(step(offset, 1e-3 * self.bound.1))
+            .bits64(0)
     }
 
     #[inline]

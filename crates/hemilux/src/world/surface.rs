@@ -89,10 +89,10 @@ impl World {
         if let Some(placement) = placement {
             let m = &placement.to_world;
             (local.p, local.error) = accel::transform_error(m, local.p.as_dvec3(), local.error.as_dvec3());
+            // The inverse transpose keeps the outer side outside, under mirroring too.
             let normal = |n: Vec3| (placement.normal_to_world * n.as_dvec3()).normalize_or_zero().as_vec3();
-            let flip = if placement.mirrors { -1.0 } else { 1.0 };
-            local.ng = normal(local.ng) * flip;
-            local.ns = normal(local.ns) * flip;
+            local.ng = normal(local.ng);
+            local.ns = normal(local.ns);
             local.dpdu = m.transform_vector3(local.dpdu.as_dvec3()).as_vec3();
             local.dpdv = m.transform_vector3(local.dpdv.as_dvec3()).as_vec3();
         }

@@ -91,7 +91,8 @@ impl Zones {
             caustic.push(Rgb([at.f32()?, at.f32()?, at.f32()?]));
             error.push(at.f32()?);
         }
-        Ok(Zones { map, total, caustic, error, ledger, particles })
+        let records = Default::default();
+        Ok(Zones { map, total, caustic, error, records, ledger, particles })
     }
 }
 

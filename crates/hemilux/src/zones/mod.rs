@@ -9,6 +9,7 @@ pub mod file;
 pub mod map;
 pub mod mesh;
 pub mod particles;
+pub mod records;
 
 use crate::bsdf::Bsdf;
 use crate::world::{Surface, World};
@@ -16,7 +17,9 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 pub use map::{ZoneMap, ZonePlace};
 use particles::{Bin, Deposits, Ledger};
+use records::Records;
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 /// How fine and how well a zonal solution is to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +48,8 @@ pub struct Zones {
     caustic: Vec<Rgb>,
     /// Standard error of the luminance of `total`.
     error: Vec<f32>,
+    /// Where virtual luminaires are expected; nothing in a solution that was read from a file.
+    records: Arc<Records>,
     /// Where the flux went, per particle (W).
     pub ledger: Ledger,
     /// Particles traced.
@@ -62,10 +67,11 @@ impl Zones {
         let map = ZoneMap::new(world, options.budget);
         let mut deposits = Deposits::new(map.len(), world.luminaires.power());
         deposits.trace(world, &map, options.seed, options.particles, stop);
-        Zones::finish(map, &deposits)
+        Zones::finish(map, deposits)
     }
 
-    fn finish(map: ZoneMap, deposits: &Deposits) -> Zones {
+    fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
+        let records = Arc::new(Records::new(std::mem::take(&mut deposits.records)));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;
         let (mut total, mut caustic, mut error) =
@@ -89,12 +95,17 @@ impl Zones {
             truncated: scale(l.truncated),
             rays: l.rays,
         };
-        Zones { map, total, caustic, error, ledger, particles: deposits.particles }
+        Zones { map, total, caustic, error, records, ledger, particles: deposits.particles }
     }
 
     /// The cut surfaces.
     pub fn map(&self) -> &ZoneMap {
         &self.map
+    }
+
+    /// Where virtual luminaires are expected.
+    pub fn records(&self) -> &Records {
+        &self.records
     }
 
     /// Irradiance of a zone side (W·m⁻²).

@@ -9,6 +9,7 @@
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
 use super::map::ZoneMap;
+use super::records::Record;
 use crate::bsdf::Transport as Quantity;
 use crate::world::World;
 use hemilux_scene::Rgb;
@@ -75,7 +76,12 @@ pub struct Deposits {
     pub ledger: Ledger,
     /// Particles so far.
     pub particles: u64,
+    /// Arrivals through specular chains, in the order of particles; [`MOST_RECORDS`] at most.
+    pub records: Vec<Record>,
 }
+
+/// Records that are kept.
+pub const MOST_RECORDS: usize = 1 << 20;
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
@@ -90,6 +96,7 @@ impl Deposits {
             square_unit: (1u64 << 20) as f64 / (power * power),
             ledger: Ledger::default(),
             particles: 0,
+            records: Vec::new(),
         }
     }
 
@@ -131,22 +138,34 @@ impl Deposits {
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
             // Collected in order, then summed in order: the same bits for any number of threads.
-            let ledgers: Vec<Ledger> = starts
+            let chunks: Vec<(Ledger, Vec<Record>)> = starts
                 .par_iter()
                 .map(|&start| {
-                    let mut ledger = Ledger::default();
+                    let (mut ledger, mut records) = (Ledger::default(), Vec::new());
                     for i in start..(start + CHUNK).min(end) {
-                        this.particle(world, map, key, i, &mut ledger);
+                        this.particle(world, map, key, i, &mut ledger, &mut records);
                     }
-                    ledger
+                    (ledger, records)
                 })
                 .collect();
-            self.ledger = ledgers.iter().fold(self.ledger, Ledger::add);
+            for (ledger, records) in chunks {
+                self.ledger = self.ledger.add(&ledger);
+                let room = MOST_RECORDS - self.records.len();
+                self.records.extend(records.into_iter().take(room));
+            }
             self.particles = end;
         }
     }
 
-    fn particle(&self, world: &World, map: &ZoneMap, key: Key, i: u64, ledger: &mut Ledger) {
+    fn particle(
+        &self,
+        world: &World,
+        map: &ZoneMap,
+        key: Key,
+        i: u64,
+        ledger: &mut Ledger,
+        records: &mut Vec<Record>,
+    ) {
         // Golden-ratio steps stratify the pick over any prefix of the particles.
         let shift = key.uniform64(0);
         let pick = (shift + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
@@ -164,6 +183,9 @@ impl Deposits {
         };
         let (mut origin, mut dir, mut flux) = (e.origin, e.dir, e.flux);
         let (mut bounce, mut chain) = (0u32, false);
+        let identity = world.luminaires.identity(&world.scene, e.luminaire);
+        let mut signature = Key::new(identity.map_or(0, |i| i.0 as u64));
+        let mut length = identity.map_or(0.0, |i| i.2);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
                 return;
@@ -175,7 +197,20 @@ impl Deposits {
             };
             let bsdf = world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            if bsdf.has_non_delta() || bsdf.is_black() {
+            length += s.t;
+            let receives = bsdf.has_non_delta() || bsdf.is_black();
+            if let (0, true, true, Some((_, radius, _))) = (bounce, chain, receives, identity) {
+                records.push(Record {
+                    p: s.p,
+                    n: if s.is_front(s.wo) { s.ng } else { -s.ng },
+                    dir: s.wo,
+                    length,
+                    signature: signature.bits(0),
+                    radius,
+                    flux: flux.luminance(),
+                });
+            }
+            if receives {
                 let bin = match (bounce, chain) {
                     (0, false) => Bin::Direct,
                     (0, true) => Bin::Caustic,
@@ -214,6 +249,7 @@ impl Deposits {
             flux = kept;
             if b.delta {
                 chain = true;
+                signature = signature.with(world.patch(&s)).with(b.transmitted as u64);
             } else {
                 bounce += 1;
             }

@@ -4,7 +4,7 @@
 use hemilux::gather::{GatherPlan, Strategy};
 use hemilux::sampler::Sampler;
 use hemilux::sensor::irradiance;
-use hemilux::transport::Walker;
+use hemilux::transport::{Tally, Walker};
 use hemilux::world::World;
 use hemilux_scene::geom::{DAffine3, DVec3, Vec2, Vec3};
 use hemilux_scene::*;
@@ -153,7 +153,7 @@ pub fn path_irradiance(world: &World, p: [f32; 3], normal: [f32; 3], n: u32) -> 
     let normal = Vec3::from(normal).normalize();
     statistics(n, |i| {
         let mut sampler = Sampler::new(7, i as u64, 0);
-        irradiance(&walker, Vec3::from(p), normal, &PLAN, &mut sampler, &mut 0)[1] as f64
+        irradiance(&walker, Vec3::from(p), normal, &PLAN, &mut sampler, &mut Tally::default())[1] as f64
     })
 }
 

@@ -1,4 +1,6 @@
-//! Many points at once. The loops run over blocks of eight and hold no branches, so that they vectorise.
+//! Many points at once. The loops run over blocks of eight and hold no branches, so that they vectorise; whole arrays are mapped
+//! with the widest instructions that the machine turns out to have (`pulp`). No fused operations: the bits are those of the scalar
+//! maps on every machine.
 
 use super::{Concentric, Cosine, Dir, Map, Uv};
 
@@ -26,6 +28,13 @@ pub struct Dir8 {
 }
 
 #[inline(always)]
+fn all<M: Map<f32>>(map: &M, at: &[Uv8], out: &mut [Dir8]) {
+    for (o, p) in out.iter_mut().zip(at) {
+        *o = eight(map, p);
+    }
+}
+
+#[inline(always)]
 fn eight<M: Map<f32>>(map: &M, at: &Uv8) -> Dir8 {
     let mut out = Dir8::default();
     for i in 0..WIDTH {
@@ -47,4 +56,20 @@ pub fn concentric8(at: &Uv8) -> Dir8 {
 #[inline]
 pub fn cosine8(at: &Uv8) -> Dir8 {
     eight(&Cosine, at)
+}
+
+/// [`Concentric`] for whole arrays of blocks (as many as the shorter slice holds).
+pub fn concentric_all(at: &[Uv8], out: &mut [Dir8]) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || all(&Concentric, at, out),
+    );
+}
+
+/// [`Cosine`] for whole arrays of blocks (as many as the shorter slice holds).
+pub fn cosine_all(at: &[Uv8], out: &mut [Dir8]) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || all(&Cosine, at, out),
+    );
 }

@@ -34,7 +34,7 @@ impl<V: Value> Plane<V> {
 #[derive(Debug, Default)]
 pub(crate) struct Models<V> {
     planes: Vec<Plane<V>>,
-    pub seen: Vec<(Uv<f64>, f64)>,
+    pub seen: Vec<(Uv<f64>, V)>,
 }
 
 /// Linear control variates over a trained quadtree.
@@ -70,9 +70,9 @@ impl<V: Value> Method<V> for LinearControl {
     ) -> Estimate<V> {
         let side = ((budget as f64 * self.pilot.clamp(0.01, 0.95)) as u32).max(1).isqrt();
         let pilot = side * side;
-        let mut trained = std::mem::take(&mut work.trained);
+        let Workspace { trained, control, draw, refine, .. } = work;
         trained.start(0);
-        let values = &mut work.refine.values;
+        let values = &mut refine.values;
         values.clear();
         let mut probes = [Probe::default(); 64];
         let mut first = 0;
@@ -84,17 +84,17 @@ impl<V: Value> Method<V> for LinearControl {
             }
             evaluate(f, &probes[..m as usize], values);
             for k in 0..m as usize {
-                trained.add(probes[k].uv, values[first as usize + k].drive());
+                trained.add(probes[k].uv, values[first as usize + k]);
             }
             first += m;
         }
         trained.refine((pilot / 4).max(1), PER_SPLIT);
-        let planes = &mut work.control.planes;
+        let planes = &mut control.planes;
         planes.clear();
         planes.resize(trained.tree().node_count() as usize, Plane::default());
         let mut exact = V::default();
         for leaf in trained.tree().leaves() {
-            let plane = fit(&trained, leaf, values);
+            let plane = fit(trained, leaf, values);
             exact = exact.plus(plane.value.times(trained.tree().area(leaf)));
             planes[leaf as usize] = plane;
         }
@@ -108,11 +108,10 @@ impl<V: Value> Method<V> for LinearControl {
         let mut cursor = 0;
         let place = |t: f64| density.place(tree, t, &mut cursor);
         let post = |v: V, p: &Placed| v.minus(planes[p.cell as usize].at(p.uv));
-        work.draw.start();
+        draw.start();
         let strata = (budget.saturating_sub(pilot) / 2).max(1);
-        let estimate = work.draw.pairs(f, strata, key.with(2), place, post, &mut pairs);
-        work.trained = trained;
-        let unexplored = work.draw.unexplored();
+        let estimate = draw.pairs(f, strata, key.with(2), place, post, &mut pairs);
+        let unexplored = draw.unexplored();
         let evaluations = Evaluations { pilot, estimate };
         Estimate::new(
             pairs.sum,
@@ -126,7 +125,7 @@ impl<V: Value> Method<V> for LinearControl {
 }
 
 /// The least-squares plane of a leaf's samples, or their mean where a plane explains no more than chance would.
-fn fit<V: Value>(trained: &Trained, leaf: u32, values: &[V]) -> Plane<V> {
+fn fit<V: Value>(trained: &Trained<V>, leaf: u32, values: &[V]) -> Plane<V> {
     let cell = trained.tree().cell(leaf);
     let centre = cell.at(Uv::new(0.5, 0.5));
     let (mut n, mut x, mut y, mut mean) = (0.0, 0.0, 0.0, V::default());

@@ -76,7 +76,7 @@ pub trait Method<V: Value> {
 }
 
 /// Memory that methods use and leave behind for the next call. One per thread.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Workspace<V> {
     pub(crate) draw: draw::Draw<V>,
     pub(crate) refine: adaptive::Refine<V>,
@@ -86,16 +86,33 @@ pub struct Workspace<V> {
     pub(crate) voronoi: Voronoi,
     #[cfg(feature = "delaunay")]
     pub(crate) delaunay: Delaunay,
-    pub(crate) density: LeafDensity,
-    pub(crate) trained: Trained,
+    pub(crate) trained: Trained<V>,
     pub(crate) control: control::Models<V>,
     pub(crate) cubature: genz_malik::Regions<V>,
+}
+
+impl<V: Value> Default for Workspace<V> {
+    fn default() -> Self {
+        Workspace::new()
+    }
 }
 
 impl<V: Value> Workspace<V> {
     /// An empty workspace; the first call of a method fills it.
     pub fn new() -> Self {
-        Workspace::default()
+        Workspace {
+            draw: Default::default(),
+            refine: Default::default(),
+            tree: QuadTree::default(),
+            triangles: Triangles::default(),
+            #[cfg(feature = "delaunay")]
+            voronoi: Voronoi::default(),
+            #[cfg(feature = "delaunay")]
+            delaunay: Delaunay::default(),
+            trained: Trained::default(),
+            control: Default::default(),
+            cubature: Default::default(),
+        }
     }
 }
 

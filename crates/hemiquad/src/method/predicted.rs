@@ -17,36 +17,43 @@ use crate::points::Key;
 use crate::value::Value;
 
 /// What was predicted.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Prediction<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct Prediction<'a, V = f64> {
     /// Places where features may be, each with its expected contribution.
     pub regions: &'a [Region],
     /// A partition trained on *other* samples; without one the broad samples are uniform.
-    pub partition: Option<&'a Trained>,
+    pub partition: Option<&'a Trained<V>>,
 }
 
 /// Sampling by prediction.
 #[derive(Clone, Copy, Debug)]
-pub struct Predicted<'a> {
+pub struct Predicted<'a, V = f64> {
     /// The prediction.
-    pub prediction: Prediction<'a>,
+    pub prediction: Prediction<'a, V>,
     /// Share of the samples that stays broad (over the partition, or uniform), in (0, 1]; all of them without regions.
     pub broad: f64,
+    /// Whether the partition's mean values serve as a control variate. Unbiased either way; leave it off when the training
+    /// saw another integrand altogether.
+    pub control: bool,
 }
 
-impl<'a> Predicted<'a> {
+impl<'a, V: Value> Predicted<'a, V> {
     /// From places; a fifth of the samples stays broad.
     pub fn from_regions(regions: &'a [Region]) -> Self {
-        Predicted { prediction: Prediction { regions, partition: None }, broad: 0.2 }
+        Predicted { prediction: Prediction { regions, partition: None }, broad: 0.2, control: false }
     }
 
     /// From a trained partition.
-    pub fn from_partition(partition: &'a Trained) -> Self {
-        Predicted { prediction: Prediction { regions: &[], partition: Some(partition) }, broad: 1.0 }
+    pub fn from_partition(partition: &'a Trained<V>) -> Self {
+        Predicted {
+            prediction: Prediction { regions: &[], partition: Some(partition) },
+            broad: 1.0,
+            control: true,
+        }
     }
 }
 
-impl<V: Value> Method<V> for Predicted<'_> {
+impl<V: Value> Method<V> for Predicted<'_, V> {
     fn name(&self) -> &'static str {
         if self.prediction.partition.is_some() { "Predicted partition" } else { "Predicted regions" }
     }
@@ -81,8 +88,16 @@ impl<V: Value> Method<V> for Predicted<'_> {
             let (_, density) = mixture(regions, p.uv);
             Some(Placed { weight: nb / (nb / p.weight + nn * density), ..p })
         };
+        let control = partition.filter(|_| self.control);
+        if let Some(trained) = control {
+            pairs.add_exact(trained.integral());
+        }
+        let rest = |v: V, p: &Placed| match control {
+            Some(trained) => v.minus(trained.level(trained.tree().leaf_at(p.uv))),
+            None => v,
+        };
         work.draw.start();
-        let mut spent = work.draw.pairs(f, broad, key.with(1), place_broad, |v, _| v, &mut pairs);
+        let mut spent = work.draw.pairs(f, broad, key.with(1), place_broad, rest, &mut pairs);
         if narrow > 0 {
             let mut cursor = (0, 0.0);
             let place_narrow = |t: f64| {
@@ -91,7 +106,7 @@ impl<V: Value> Method<V> for Predicted<'_> {
                 let (_, density) = mixture(regions, uv);
                 Some(Placed { uv, weight: nn / (nb * broad_density(uv) + nn * density), cell: i as u32 })
             };
-            spent += work.draw.pairs(f, narrow, key.with(2), place_narrow, |v, _| v, &mut pairs);
+            spent += work.draw.pairs(f, narrow, key.with(2), place_narrow, rest, &mut pairs);
         }
         let unexplored = work.draw.unexplored();
         let evaluations = Evaluations { pilot: 0, estimate: spent };

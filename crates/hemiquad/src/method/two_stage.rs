@@ -7,7 +7,7 @@ use crate::allocation::Allocation;
 use crate::criterion::{Criterion, Weighted};
 use crate::estimate::{Estimate, Evaluations, Pairs};
 use crate::integrand::{Integrand, Stage};
-use crate::partition::{Parent, Partition};
+use crate::partition::Parent;
 use crate::points::Key;
 use crate::value::Value;
 
@@ -19,7 +19,7 @@ pub struct TwoStage<'a> {
     pub criterion: Weighted<'a>,
     /// Share of the budget that the pilot takes, in (0, 1).
     pub pilot: f64,
-    /// Radius, in sides of the asking cell, to which the pilot enlarges luminaires; 0 for none.
+    /// Radius, in sides of the asking cell, to which the pilot enlarges luminaires: from √½ on none is missed; 0 for none.
     pub reach: f64,
     /// How the fresh samples are shared out.
     pub allocation: Allocation,
@@ -28,9 +28,9 @@ pub struct TwoStage<'a> {
 impl Default for TwoStage<'_> {
     fn default() -> Self {
         TwoStage {
-            criterion: Criterion::Deviation.into(),
+            criterion: Criterion::Unresolved.into(),
             pilot: 0.5,
-            reach: 1.0,
+            reach: 0.75,
             allocation: Allocation::default(),
         }
     }
@@ -39,7 +39,7 @@ impl Default for TwoStage<'_> {
 impl TwoStage<'_> {
     /// Without enlargement: blind to what the pilot's samples miss.
     pub fn blind() -> Self {
-        TwoStage { reach: 0.0, ..TwoStage::default() }
+        TwoStage { criterion: Criterion::Deviation.into(), reach: 0.0, ..TwoStage::default() }
     }
 }
 
@@ -65,12 +65,27 @@ impl<V: Value> Method<V> for TwoStage<'_> {
         };
         // A sample made for an enlarged luminaire says nothing about a smaller one.
         work.tree.set_parent(if self.reach > 0.0 { Parent::Drop } else { Parent::Keep });
+        // Samples at the centres of cells miss nothing that is half a diagonal wide, and a pilot may be as regular as it likes.
+        work.tree.set_stray(if self.reach > 0.0 { 0.0 } else { 1.0 });
         let pilot = refine_with(&mut work.tree, f, &plan, key.with(1), &mut work.refine);
+        work.tree.set_stray(1.0);
         work.draw.start();
-        let pairs = estimate(f, budget.saturating_sub(pilot), self.allocation, key.with(2), work);
+        // One sample per leaf: its neighbours are all that is known of the spread.
+        let trained = &mut work.trained;
+        trained.adopt(&mut work.tree, &work.refine.values, &work.refine.variance);
+        trained.finish(self.allocation);
+        let (tree, density) = (trained.tree(), trained.density());
+        // What the pilot saw in a leaf is taken out of the fresh samples and put back exactly: a constant control variate, so that
+        // leaves that share a sample do not differ in their means.
+        let mut pairs = Pairs::new();
+        pairs.add_exact(trained.integral());
+        let mut cursor = 0;
+        let place = |t: f64| density.place(tree, t, &mut cursor);
+        let strata = (budget.saturating_sub(pilot) / 2).max(1);
+        let estimate =
+            work.draw.pairs(f, strata, key.with(2), place, |v, p| v.minus(trained.level(p.cell)), &mut pairs);
         let unexplored = work.draw.unexplored();
-        let evaluations = Evaluations { pilot, estimate: pairs.1 };
-        let pairs = pairs.0;
+        let evaluations = Evaluations { pilot, estimate };
         Estimate::new(
             pairs.sum,
             Some(pairs.std_error()),
@@ -80,37 +95,4 @@ impl<V: Value> Method<V> for TwoStage<'_> {
             false,
         )
     }
-}
-
-/// Fresh samples over the leaves of the refined tree, shared out by what the pilot saw.
-fn estimate<V: Value>(
-    f: &mut dyn Integrand<V>,
-    samples: u32,
-    allocation: Allocation,
-    key: Key,
-    work: &mut Workspace<V>,
-) -> (Pairs<V>, u32) {
-    let (tree, refine, scratch) = (&work.tree, &work.refine, &mut work.trained);
-    scratch.strata_mut().clear();
-    for leaf in tree.leaves() {
-        let area = tree.area(leaf);
-        let drive = tree.members(leaf).as_slice().first().map_or(0.0, |i| refine.drives[*i as usize].abs());
-        // One sample per leaf: its neighbours are all that is known of the spread.
-        let spread = refine.variance[leaf as usize].max(0.0).sqrt();
-        scratch.strata_mut().push((area, area * drive, spread));
-    }
-    scratch.share_out(allocation);
-    work.density.set(tree, work.trained.shares());
-    let density = &work.density;
-    let mut pairs = Pairs::new();
-    let mut cursor = 0;
-    let spent = work.draw.pairs(
-        f,
-        (samples / 2).max(1),
-        key,
-        |t| density.place(tree, t, &mut cursor),
-        |v, _| v,
-        &mut pairs,
-    );
-    (pairs, spent)
 }

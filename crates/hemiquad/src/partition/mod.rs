@@ -34,15 +34,24 @@ use crate::points::Key;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Few {
     items: [u32; 16],
-    len: usize,
+    len: u32,
 }
 
 impl Few {
     /// Adds a number unless it is there already or there is no more room.
     #[inline]
     pub fn push(&mut self, x: u32) {
-        if self.len < self.items.len() && !self.as_slice().contains(&x) {
-            self.items[self.len] = x;
+        if (self.len as usize) < self.items.len() && !self.as_slice().contains(&x) {
+            self.items[self.len as usize] = x;
+            self.len += 1;
+        }
+    }
+
+    /// Adds a number that is known not to be there, if there is room.
+    #[inline]
+    pub(crate) fn push_new(&mut self, x: u32) {
+        if let Some(place) = self.items.get_mut(self.len as usize) {
+            *place = x;
             self.len += 1;
         }
     }
@@ -50,7 +59,7 @@ impl Few {
     /// The numbers.
     #[inline]
     pub fn as_slice(&self) -> &[u32] {
-        &self.items[..self.len]
+        &self.items[..self.len as usize]
     }
 }
 
@@ -70,6 +79,11 @@ pub trait Partition {
     fn area(&self, cell: u32) -> f64;
     /// The samples that speak for a cell; its integral is its area times their mean.
     fn members(&self, cell: u32) -> Few;
+    /// The mean over a cell's samples of what `values` holds for them.
+    fn mean(&self, cell: u32, values: &[f64]) -> f64 {
+        let m = self.members(cell);
+        m.as_slice().iter().map(|i| values[*i as usize]).sum::<f64>() / m.as_slice().len().max(1) as f64
+    }
     /// Cells that touch this one along an edge (at most 16 of them).
     fn neighbours(&self, cell: u32) -> Few;
     /// The cells made or changed by the last call of `seed` or `split`.

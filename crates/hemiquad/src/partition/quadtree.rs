@@ -1,6 +1,7 @@
 //! A quadtree in an index arena whose leaves are linked in Morton order.
 
 use super::{Few, Partition};
+use crate::curve;
 use crate::map::Uv;
 use crate::points::Key;
 
@@ -72,10 +73,17 @@ struct Node {
 #[derive(Clone, Debug)]
 pub struct QuadTree {
     nodes: Vec<Node>,
+    /// What lies across the edges of a node (lower u, upper u, lower v, upper v): the smallest node no smaller than itself that
+    /// was there when it was made. The leaves of today are that one or below it.
+    sides: Vec<[u32; 4]>,
     points: Vec<Uv<f64>>,
     touched: Vec<u32>,
     leaves: u32,
+    /// The level down to which [`QuadTree::grow`] has made the tree full. Its nodes stand in Morton order.
+    full: u8,
     parent: Parent,
+    /// How far samples stray from the centre of their cell: 1 for uniform ones.
+    stray: f64,
 }
 
 impl Default for QuadTree {
@@ -90,8 +98,16 @@ impl QuadTree {
 
     /// The whole square as one leaf.
     pub fn new(parent: Parent) -> Self {
-        let mut tree =
-            QuadTree { nodes: Vec::new(), points: Vec::new(), touched: Vec::new(), leaves: 1, parent };
+        let mut tree = QuadTree {
+            nodes: Vec::new(),
+            sides: Vec::new(),
+            points: Vec::new(),
+            touched: Vec::new(),
+            leaves: 1,
+            full: 0,
+            parent,
+            stray: 1.0,
+        };
         tree.clear();
         tree
     }
@@ -99,16 +115,25 @@ impl QuadTree {
     /// Back to one leaf, keeping the memory.
     pub fn clear(&mut self) {
         self.nodes.clear();
+        self.sides.clear();
         self.points.clear();
         self.touched.clear();
+        self.full = 0;
         self.leaves = 1;
         let cell = Cell { x: 0, y: 0, level: 0 };
         self.nodes.push(Node { cell, child: NONE, next: NONE, previous: NONE, sample: NONE });
+        self.sides.push([NONE; 4]);
     }
 
     /// What a split does to the cell's sample; takes effect from the next one.
     pub fn set_parent(&mut self, parent: Parent) {
         self.parent = parent;
+    }
+
+    /// How far new samples stray from the centre of their cell: 1 (the default) makes them uniform, 0 puts them at the centre,
+    /// where a feature half a diagonal wide cannot be missed. For pilots only: a partition sum over centres is no Monte Carlo.
+    pub fn set_stray(&mut self, stray: f64) {
+        self.stray = stray.clamp(0.0, 1.0);
     }
 
     /// Number of leaves.
@@ -149,15 +174,18 @@ impl QuadTree {
 
     #[inline]
     fn leaf_at_fixed(&self, u: u32, v: u32) -> u32 {
-        let mut node = 0u32;
-        let mut shift = 31;
+        // Begin at the full level, whose first node comes after 1 + 4 + 16 + … others.
+        let top = 32 - self.full as u32;
+        let begin = ((1u64 << (2 * self.full as u32)) / 3) as u32;
+        let mut node = begin + curve::interleave((u as u64 >> top) as u32, (v as u64 >> top) as u32) as u32;
+        let mut shift = top.wrapping_sub(1);
         loop {
             let child = self.nodes[node as usize].child;
             if child == NONE {
                 return node;
             }
             node = child + ((u >> shift) & 1) + 2 * ((v >> shift) & 1);
-            shift -= 1;
+            shift = shift.wrapping_sub(1);
         }
     }
 
@@ -190,6 +218,23 @@ impl QuadTree {
                 sample: NONE,
             });
         }
+        let around = self.sides[leaf as usize];
+        // The part of what lies across an edge of the parent that faces a child: the one in column and row (x, y) of the children's
+        // level, or the leaf that holds it.
+        let half = 31 - cell.level as u32;
+        let facing = |edge: usize, x: u32, y: u32| match around[edge] {
+            NONE => NONE,
+            side => self.descend(side, cell.level + 1, (x << half, y << half)),
+        };
+        let (x, y) = (2 * cell.x, 2 * cell.y);
+        let (left, right, below, above) = (x.wrapping_sub(1), x + 2, y.wrapping_sub(1), y + 2);
+        let sides = [
+            [facing(0, left, y), first + 1, facing(2, x, below), first + 2],
+            [first, facing(1, right, y), facing(2, x + 1, below), first + 3],
+            [facing(0, left, y + 1), first + 3, first, facing(3, x, above)],
+            [first + 2, facing(1, right, y + 1), first + 1, facing(3, x + 1, above)],
+        ];
+        self.sides.extend(sides);
         self.nodes[leaf as usize].child = first;
         if previous != NONE {
             self.nodes[previous as usize].next = first;
@@ -203,6 +248,10 @@ impl QuadTree {
 
     /// Cuts every leaf down to a level.
     pub fn grow(&mut self, level: u8) {
+        // The short cut of `leaf_at` holds for trees grown from the root; ten levels of it are plenty.
+        if self.leaves == 1 {
+            self.full = level.min(10);
+        }
         let mut node = 0;
         while (node as usize) < self.nodes.len() {
             if self.cell(node).level < level.min(Self::DEEPEST) {
@@ -214,36 +263,69 @@ impl QuadTree {
 
     fn draw(&mut self, node: u32, key: Key) {
         let i = self.points.len() as u32;
-        let p = self.cell(node).at(key.with(i as u64).uniform2_f64(0));
+        let r = key.with(i as u64).uniform2_f64(0);
+        let near = |x: f64| 0.5 + self.stray * (x - 0.5);
+        let p = self.cell(node).at(Uv::new(near(r.u), near(r.v)));
         self.nodes[node as usize].sample = i;
         self.points.push(p);
+    }
+
+    /// From a node down to the leaf, or the node of a level, that holds a point given in 32 binary digits.
+    #[inline]
+    fn descend(&self, mut node: u32, level: u8, (u, v): (u32, u32)) -> u32 {
+        loop {
+            let Node { cell, child, .. } = self.nodes[node as usize];
+            if child == NONE || cell.level >= level {
+                return node;
+            }
+            let shift = 31 - cell.level as u32;
+            node = child + ((u >> shift) & 1) + 2 * ((v >> shift) & 1);
+        }
     }
 
     /// Calls back for the leaves across the four edges, two per edge when they are smaller.
     #[inline]
     fn across(&self, node: u32, mut visit: impl FnMut(u32)) {
         let Cell { x, y, level } = self.cell(node);
-        let shift = 32 - level as u32;
-        let size = 1u64 << shift;
-        let (x0, y0) = ((x as u64) << shift, (y as u64) << shift);
-        let (near, far) = (size / 4, size - size / 4 - 1);
-        let mut look = |u: u64, v: u64| visit(self.leaf_at_fixed(u as u32, v as u32));
-        if x0 > 0 {
-            look(x0 - 1, y0 + near);
-            look(x0 - 1, y0 + far);
+        if level == 0 {
+            return;
         }
-        if x0 + size < 1 << 32 {
-            look(x0 + size, y0 + near);
-            look(x0 + size, y0 + far);
+        // Two of the neighbours are siblings; as leaves they come last.
+        let (beside, above) = (1 - (x & 1) as usize, 3 - (y & 1) as usize);
+        let mut siblings = [NONE; 2];
+        for (edge, &side) in self.sides[node as usize].iter().enumerate() {
+            if side == NONE {
+                continue;
+            }
+            if self.is_leaf(side) {
+                if edge == beside {
+                    siblings[0] = side;
+                } else if edge == above {
+                    siblings[1] = side;
+                } else {
+                    visit(side);
+                }
+                continue;
+            }
+            // The two leaves at a quarter and three quarters of the edge; the second look is needed only when the first met a
+            // smaller one.
+            let size = 1u32 << (32 - level as u32);
+            let (x0, y0) = (x * size, y * size);
+            let (near, far) = (size / 4, size - size / 4 - 1);
+            let at = |along: u32| match edge {
+                0 => (x0.wrapping_sub(1), y0 + along),
+                1 => (x0.wrapping_add(size), y0 + along),
+                2 => (x0 + along, y0.wrapping_sub(1)),
+                _ => (x0 + along, y0.wrapping_add(size)),
+            };
+            let top = self.descend(side, level, at(near));
+            let a = self.descend(top, u8::MAX, at(near));
+            visit(a);
+            if self.cell(a).level > level {
+                visit(self.descend(top, u8::MAX, at(far)));
+            }
         }
-        if y0 > 0 {
-            look(x0 + near, y0 - 1);
-            look(x0 + far, y0 - 1);
-        }
-        if y0 + size < 1 << 32 {
-            look(x0 + near, y0 + size);
-            look(x0 + far, y0 + size);
-        }
+        siblings.iter().filter(|s| **s != NONE).for_each(|s| visit(*s));
     }
 }
 
@@ -302,15 +384,21 @@ impl Partition for QuadTree {
         let mut few = Few::default();
         let s = self.nodes[cell as usize].sample;
         if s != NONE {
-            few.push(s);
+            few.push_new(s);
         }
         few
     }
 
     #[inline]
+    fn mean(&self, cell: u32, values: &[f64]) -> f64 {
+        values.get(self.nodes[cell as usize].sample as usize).copied().unwrap_or(0.0)
+    }
+
+    #[inline]
     fn neighbours(&self, cell: u32) -> Few {
         let mut few = Few::default();
-        self.across(cell, |n| few.push(n));
+        // No leaf lies across two edges, nor twice across one.
+        self.across(cell, |n| few.push_new(n));
         few
     }
 

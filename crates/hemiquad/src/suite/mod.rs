@@ -2,7 +2,7 @@
 //! multiple integration subroutines", 1987), and hard cases on which quadrature libraries have been seen to fail.
 //!
 //! A [`Problem`] is a family; a key makes one [`Instance`] of it, at a random place. The hemisphere is reached through
-//! [`Concentric`](crate::map::Concentric); "projected" integrands carry the cosine.
+//! [`Concentric`]; "projected" integrands carry the cosine.
 
 mod genz;
 mod hemisphere;
@@ -135,33 +135,37 @@ pub struct Lamp {
     pub flux: f64,
 }
 
-/// Radians per unit of the square that turn the radius no jittered grid can miss on the square, √2 cells, into the cap no grid
-/// can miss on the hemisphere ([`Concentric::guaranteed_cap`]).
-pub const REACH: f64 = 4.16 / std::f64::consts::SQRT_2;
-
 /// Luminaires on the hemisphere over a uniform background radiance, projected. The lamps add to the background.
 pub fn lamps(lamps: Vec<Lamp>, background: f64) -> Instance {
     let exact = PI * background + lamps.iter().map(|l| l.flux * l.axis.z).sum::<f64>();
     let region = |l: &Lamp| Region { shape: Shape::cap(l.axis, l.s), weight: l.flux * l.axis.z };
     let features = lamps.iter().map(region).collect();
+    let places: Vec<Uv<f64>> =
+        lamps.iter().map(|l| Concentric.uv(l.axis).unwrap_or(Uv::new(0.5, 0.5))).collect();
     let function = move |p: &Probe| {
         let d = Concentric.dir(p.uv);
-        let mut radiance = background;
-        for l in &lamps {
-            let s = match p.size {
-                Size::True => l.s,
-                Size::Times(k) => l.s * k.sqrt(),
-                Size::AtLeast(least) => l.s.max(least * REACH),
-            };
+        let mut value = 2.0 * PI * background * d.z;
+        for (l, c) in lamps.iter().zip(&places) {
+            let s = if let Size::Times(k) = p.size { l.s * k.sqrt() } else { l.s };
             let (x, y, z) = (d.x - l.axis.x, d.y - l.axis.y, d.z - l.axis.z);
             let half = (0.5 * s.min(PI)).sin();
             // |d - a| ≤ 2 sin(s/2)
-            if x * x + y * y + z * z <= 4.0 * half * half {
-                let sin = s.min(0.5 * PI).sin();
-                radiance += l.flux / (PI * sin * sin);
+            let lit = x * x + y * y + z * z <= 4.0 * half * half;
+            match p.size {
+                // As a disk on the square, until even the narrowest image of the cap is wider.
+                Size::AtLeast(r) if r * Concentric::LARGEST_STRETCH > s => {
+                    let lit = lit || (p.uv.u - c.u).hypot(p.uv.v - c.v) <= r;
+                    value +=
+                        f64::from(u8::from(lit)) * l.flux * l.axis.z / (PI * r * r).max(2.0 * half * half);
+                }
+                _ if lit => {
+                    let sin = s.min(0.5 * PI).sin();
+                    value += 2.0 * d.z * l.flux / (sin * sin);
+                }
+                _ => {}
             }
         }
-        2.0 * PI * radiance * d.z
+        value
     };
     Instance { exact, features, function: Box::new(function) }
 }

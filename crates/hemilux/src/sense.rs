@@ -1,0 +1,230 @@
+//! Readings of sensors with an interval: irradiance at a point, or radiance along a direction.
+//!
+//! A reading is the mean of independent groups, each with random numbers of its own (and, over zones, a zonal solution of
+//! its own). The half-width is Student's at 95 % over the groups. Work comes in stages: a small pilot decides how much
+//! the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop does
+//! not shape the value (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
+//! too few rays have met, the half-width also holds what those could add (the rule of three). Over zones the value is **biased by the zones**
+//! (averaged over as many independent solutions as there are groups); continued as paths it is unbiased.
+
+use crate::gather::{GatherPlan, Strategy};
+use crate::sampler::Sampler;
+use crate::sensor::irradiance;
+use crate::transport::{Arrival, Start, Tally, Walker};
+use crate::world::World;
+use crate::zones::Zones;
+use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
+use hemiquad::student_975;
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+
+/// Independent groups behind every interval.
+pub const GROUPS: usize = 16;
+/// A stage is planned for this part of the target, so that few need repeating.
+const MARGIN: f64 = 0.8;
+/// The work of one gather.
+const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strategy::Sobol };
+/// Hits on virtual luminaires from which on their spread is trusted.
+const ENOUGH_HITS: u64 = 16;
+/// Images this many times dimmer than the brightest luminaire are not watched for.
+const DIM: f64 = 16.0;
+/// Gathers per group in the pilot.
+const PILOT: u32 = 4;
+/// The next stage is at most this much larger than the last.
+const GROWTH: f64 = 64.0;
+
+/// What a sensor measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Receiver {
+    /// Irradiance on the side of the normal (W·m⁻²).
+    Irradiance,
+    /// Radiance that arrives from the direction of the "normal" (W·sr⁻¹·m⁻²).
+    Radiance,
+}
+
+/// When a reading is good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// 95 % half-width relative to the value.
+    RelativeError(f64),
+    /// This many gathers in all (rounded up to whole groups).
+    Gathers(u64),
+    /// This long.
+    Time(Duration),
+}
+
+/// How sensors are read.
+#[derive(Clone, Copy, Debug)]
+pub struct SenseOptions {
+    /// What is measured.
+    pub receiver: Receiver,
+    /// When to stop.
+    pub goal: Goal,
+    /// Most time for one sensor.
+    pub limit: Duration,
+    /// Seed.
+    pub seed: u64,
+    /// Weights of the bands in the scalar that the interval is about (lux: efficacy times luminance weights).
+    pub weights: [f64; 3],
+}
+
+/// One reading.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Value per band (W·m⁻² or W·sr⁻¹·m⁻²).
+    pub value: Rgb,
+    /// The weighted scalar.
+    pub scalar: f64,
+    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, plus `unseen`.
+    pub half_width: f64,
+    /// What virtual luminaires may hold that too few rays have met to judge by spread.
+    pub unseen: f64,
+    /// Gathers behind the value (pilots not counted).
+    pub gathers: u64,
+    /// Rays traced, pilots included.
+    pub rays: u64,
+    /// Whether the goal was met.
+    pub met: bool,
+}
+
+/// Reads sensors of one world.
+pub struct Sense<'a> {
+    world: &'a World,
+    zones: &'a [Zones],
+    options: SenseOptions,
+    /// What one unseen hit may be worth (0 where nothing can cast a virtual luminaire).
+    caution: f64,
+    /// Hits on luminaires at least this bright count: a large dim image must not vouch for a small bright one.
+    bright: f32,
+}
+
+/// Sums of one group: per band, and what it cost and found.
+struct Group {
+    mean: [f64; 3],
+    tally: Tally,
+}
+
+impl<'a> Sense<'a> {
+    /// Read over zonal solutions, one per group ([`GROUPS`] of them), or with none: by paths, unbiased.
+    pub fn new(world: &'a World, zones: &'a [Zones], options: SenseOptions) -> Sense<'a> {
+        let brightest = world.luminaires.brightest(&world.scene, options.weights);
+        let each = match options.receiver {
+            Receiver::Irradiance => std::f64::consts::PI * brightest,
+            Receiver::Radiance => brightest,
+        };
+        let caution = if world.has_casters() { each } else { 0.0 };
+        let luminance = world.luminaires.brightest(&world.scene, [0.2126, 0.7152, 0.0722]);
+        Sense { world, zones, options, caution, bright: (luminance / DIM) as f32 }
+    }
+
+    /// The reading of sensor number `index` at `p` (m) facing unit `n`.
+    pub fn read(&self, index: u64, p: Vec3, n: Vec3) -> Reading {
+        let begin = Instant::now();
+        let limit = match self.options.goal {
+            Goal::Time(t) => t.min(self.options.limit),
+            _ => self.options.limit,
+        };
+        let mut per_group = match self.options.goal {
+            Goal::Gathers(n) => (n.div_ceil(GROUPS as u64)).clamp(1, u32::MAX as u64) as u32,
+            _ => PILOT,
+        };
+        let mut rays = 0;
+        for stage in 0.. {
+            let stage_begin = Instant::now();
+            let mut reading = self.stage(index, stage, p, n, per_group);
+            rays += reading.rays;
+            reading.rays = rays;
+            let (spent, last) = (begin.elapsed(), stage_begin.elapsed());
+            let wanted = match self.options.goal {
+                Goal::Gathers(_) => return Reading { met: true, ..reading },
+                Goal::RelativeError(target) => {
+                    let target = target * reading.scalar.abs();
+                    // Darkness that every gather of two stages agrees on is an answer.
+                    let dark = reading.scalar == 0.0 && reading.half_width == 0.0 && stage > 0;
+                    if stage > 0 && (reading.half_width <= target || dark) {
+                        return Reading { met: true, ..reading };
+                    }
+                    let aim = MARGIN * target;
+                    if aim > 0.0 { (reading.half_width / aim).powi(2) } else { GROWTH }
+                }
+                Goal::Time(_) => GROWTH,
+            };
+            let left = limit.saturating_sub(spent).as_secs_f64();
+            let affordable = left / last.as_secs_f64().max(1e-6);
+            let timed = matches!(self.options.goal, Goal::Time(_));
+            // A last stage must be worth more than what there is.
+            let grow = wanted.clamp(1.0, GROWTH).min(affordable * 0.95);
+            if affordable < wanted.max(1.0) && grow < 2.0 {
+                return Reading { met: timed, ..reading };
+            }
+            per_group = (per_group as f64 * grow).clamp(1.0, 1e9).ceil() as u32;
+        }
+        unreachable!("stages end by returning")
+    }
+
+    fn stage(&self, index: u64, stage: u32, p: Vec3, n: Vec3, per_group: u32) -> Reading {
+        let groups: Vec<Group> =
+            (0..GROUPS).into_par_iter().map(|g| self.group(index, stage, g, p, n, per_group)).collect();
+        let mut mean = [0f64; 3];
+        let mut scalars = [0f64; GROUPS];
+        for (g, scalar) in groups.iter().zip(&mut scalars) {
+            for ((mean, part), weight) in mean.iter_mut().zip(g.mean).zip(self.options.weights) {
+                *mean += part / GROUPS as f64;
+                *scalar += weight * part;
+            }
+        }
+        let scalar = scalars.iter().sum::<f64>() / GROUPS as f64;
+        let variance = scalars.iter().map(|s| (s - scalar).powi(2)).sum::<f64>() / (GROUPS - 1) as f64;
+        let degrees = (GROUPS - 1) as f64;
+        let student = student_975(degrees) * (variance / GROUPS as f64).sqrt();
+        let unseen = self.unseen(per_group, groups.iter().map(|g| g.tally.chain_hits).sum());
+        Reading {
+            value: Rgb(mean.map(|v| v as f32)),
+            scalar,
+            half_width: student + unseen,
+            gathers: per_group as u64 * GROUPS as u64,
+            unseen,
+            rays: groups.iter().map(|g| g.tally.rays).sum(),
+            met: false,
+        }
+    }
+
+    /// A bound on what virtual luminaires may add beyond what the spread of the groups shows. The spread says nothing
+    /// while hits are fewer than a handful: none in n rays is compatible with a mean of 3 (Poisson, 95 %), each worth up
+    /// to π times the brightest radiance.
+    fn unseen(&self, per_group: u32, hits: u64) -> f64 {
+        if self.caution == 0.0 || hits >= ENOUGH_HITS {
+            return 0.0;
+        }
+        let rays = match self.options.receiver {
+            Receiver::Irradiance => PLAN.rays as f64,
+            Receiver::Radiance => 1.0,
+        };
+        let k = hits as f64;
+        self.caution * (3.0 + 2.0 * k.sqrt()) / (rays * per_group as f64 * GROUPS as f64)
+    }
+
+    fn group(&self, index: u64, stage: u32, g: usize, p: Vec3, n: Vec3, gathers: u32) -> Group {
+        let zones = if self.zones.is_empty() { None } else { Some(&self.zones[g % self.zones.len()]) };
+        let walker = Walker { world: self.world, zones, max_depth: u32::MAX };
+        // Sobol' points continue over the gathers of a group: one long, well-spread set per group.
+        let pixel = (index << 16) ^ ((stage as u64) << 8) ^ g as u64;
+        let mut tally = Tally { bright: self.bright, ..Tally::default() };
+        let mut sum = [0f64; 3];
+        for i in 0..gathers {
+            let mut sampler = Sampler::new(self.options.seed ^ 0x5e_75e0, pixel, i);
+            let value = match self.options.receiver {
+                Receiver::Irradiance => irradiance(&walker, p, n, &PLAN, &mut sampler, &mut tally),
+                Receiver::Radiance => {
+                    let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+                    walker.field_radiance(start, &mut sampler, &mut tally)
+                }
+            };
+            if value.is_finite() {
+                (0..3).for_each(|c| sum[c] += value[c] as f64);
+            }
+        }
+        Group { mean: sum.map(|s| s / gathers as f64), tally }
+    }
+}
