@@ -48,6 +48,7 @@ mod coat;
 mod energy;
 pub mod fresnel;
 mod ggx;
+mod given;
 mod lobe;
 mod split;
 

@@ -20,6 +20,7 @@ mod command;
 mod expr;
 mod finish;
 mod generate;
+mod generate_sky;
 mod material;
 pub mod octree;
 mod polygon;
