@@ -8,10 +8,11 @@
 //! alone, never from values that enter the estimate, so they cost noise where they are wrong and no bias.
 //! A [`Strategy`] decides the broad strata; everything else is shared.
 
-use crate::bsdf::{Bsdf, BsdfSample, LobeClass, Transport as Quantity};
+use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
+use crate::zones::field::Prediction;
 use crate::zones::records::{Cone, MOST};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -57,30 +58,62 @@ impl GatherPlan {
     }
 }
 
-/// Rays that each lobe of a BSDF receives: in proportion to its albedo, at least one.
-struct Shares {
-    rays: [u32; crate::bsdf::MAX_LOBES],
+/// The broad strata at a point: rays over each lobe's own chart, and over the predicted field radiance for diffuse ones.
+struct Broad<'a> {
+    /// Rays in the chart of each lobe: over all lobes in proportion to albedo, at least one.
+    own: [u32; MAX_LOBES],
+    /// Rays of each lobe over the prediction.
+    guided: [u32; MAX_LOBES],
+    prediction: Option<Prediction<'a>>,
 }
 
-impl Shares {
-    fn new(bsdf: &Bsdf, wo: Vec3, rays: u32) -> Shares {
-        let mut shares = Shares { rays: [0; crate::bsdf::MAX_LOBES] };
-        let smooth = bsdf.lobes().iter().filter(|l| l.kind() != LobeClass::Delta).count();
-        if smooth == 1 {
-            for (n, l) in shares.rays.iter_mut().zip(bsdf.lobes()) {
-                *n = if l.kind() == LobeClass::Delta { 0 } else { rays };
-            }
-            return shares;
-        }
-        let all: f32 =
-            bsdf.lobes().iter().filter(|l| l.kind() != LobeClass::Delta).map(|l| l.albedo(wo).max()).sum();
-        for (n, l) in shares.rays.iter_mut().zip(bsdf.lobes()) {
+/// Share of a diffuse lobe's rays that follows the prediction; the rest is the defence against a wrong one.
+const GUIDED: f32 = 0.7;
+
+impl<'a> Broad<'a> {
+    fn new(walker: &Walker<'a>, s: &Surface, bsdf: &Bsdf, wo: Vec3, rays: u32) -> Broad<'a> {
+        let mut broad = Broad { own: [0; MAX_LOBES], guided: [0; MAX_LOBES], prediction: None };
+        let smooth = |l: &&Lobe| l.kind() != LobeClass::Delta;
+        let alone = bsdf.lobes().iter().filter(smooth).count() == 1;
+        let all: f32 = bsdf.lobes().iter().filter(smooth).map(|l| l.albedo(wo).max()).sum();
+        for (n, l) in broad.own.iter_mut().zip(bsdf.lobes()) {
             if l.kind() != LobeClass::Delta {
-                let share = if all > 0.0 { l.albedo(wo).max() / all } else { 1.0 };
+                let share = if alone || all <= 0.0 { 1.0 } else { l.albedo(wo).max() / all };
                 *n = ((rays as f32 * share).ceil() as u32).max(1);
             }
         }
-        shares
+        let Some(zones) = walker.zones else { return broad };
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        broad.prediction = zones.field().near(s.p, n);
+        if broad.prediction.is_some() {
+            for (k, l) in bsdf.lobes().iter().enumerate() {
+                if l.kind() == LobeClass::Diffuse && !l.is_transmissive() && broad.own[k] > 1 {
+                    broad.guided[k] = ((broad.own[k] as f32 * GUIDED) as u32).min(broad.own[k] - 1);
+                    broad.own[k] -= broad.guided[k];
+                }
+            }
+        }
+        broad
+    }
+
+    /// Whether lobe `k` is gathered.
+    fn has(&self, k: usize) -> bool {
+        self.own[k] > 0
+    }
+
+    /// Rays times density per steradian at world direction `w`, local `wi`, over all strata of lobe `k`.
+    #[inline]
+    fn density(&self, k: usize, lobe: &Lobe, wo: Vec3, wi: Vec3, w: Vec3) -> f32 {
+        self.own[k] as f32 * lobe.pdf_solid_angle(wo, wi) + self.predicted(k, w)
+    }
+
+    /// The prediction's part of it.
+    #[inline]
+    fn predicted(&self, k: usize, w: Vec3) -> f32 {
+        match &self.prediction {
+            Some(p) if self.guided[k] > 0 => self.guided[k] as f32 * p.pdf_solid_angle(w),
+            _ => 0.0,
+        }
     }
 }
 
@@ -94,47 +127,146 @@ pub fn gather(
     tally: &mut Tally,
 ) -> Rgb {
     let wo = s.frame.to_local(s.wo);
-    let shares = Shares::new(bsdf, wo, plan.rays);
+    let broad = Broad::new(walker, s, bsdf, wo, plan.rays);
     let cones = Cones::new(walker, s, plan);
-    let mut radiance = virtual_luminaires(walker, s, bsdf, wo, &shares, &cones, plan, sampler, tally);
-    radiance += shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, tally);
+    let at = Point { walker, s, bsdf, wo, broad: &broad, cones: &cones, plan };
+    let mut radiance = at.virtual_luminaires(sampler, tally);
+    radiance += at.shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
-        let n = shares.rays[k];
-        if n == 0 {
-            continue;
+        if broad.has(k) {
+            radiance += at.lobe(k, lobe, sampler, tally);
         }
-        let points = plan.strategy.points(sampler, n);
-        let mut sum = Rgb::BLACK;
-        for i in 0..n {
-            let Some(sample) = lobe.sample(wo, points.point(i), Quantity::Radiance) else { continue };
-            let mut branch = sampler.branch(i);
-            sum += gather_ray(walker, s, &sample, n, &cones, plan.shadow_rays, &mut branch, tally);
-        }
-        radiance += sum * (1.0 / n as f32);
     }
     radiance
 }
 
-/// One gather ray: the field radiance along it, times BRDF and cosine over density.
-fn gather_ray(
-    walker: &Walker,
-    s: &Surface,
-    sample: &BsdfSample,
-    n: u32,
-    cones: &Cones,
-    shadow_rays: u32,
-    sampler: &mut Sampler,
-    tally: &mut Tally,
-) -> Rgb {
-    let wi = s.frame.to_world(sample.wi).normalize();
-    if s.is_front(wi) != (sample.wi.z > 0.0) || sample.weight.is_black() {
-        return Rgb::BLACK;
+/// A gather under way.
+struct Point<'a> {
+    walker: &'a Walker<'a>,
+    s: &'a Surface,
+    bsdf: &'a Bsdf,
+    wo: Vec3,
+    broad: &'a Broad<'a>,
+    cones: &'a Cones,
+    plan: &'a GatherPlan,
+}
+
+impl Point<'_> {
+    /// One lobe by its broad strata.
+    fn lobe(&self, k: usize, lobe: &Lobe, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let (own, guided) = (self.broad.own[k], self.broad.guided[k]);
+        let mut sum = Rgb::BLACK;
+        let points = self.plan.strategy.points(sampler, own);
+        for i in 0..own {
+            let Some(sample) = lobe.sample(self.wo, points.point(i), Quantity::Radiance) else { continue };
+            let w = self.s.frame.to_world(sample.wi).normalize();
+            let density = own as f32 * sample.pdf + self.broad.predicted(k, w);
+            let mut branch = sampler.branch(i);
+            sum += self.gather_ray(w, sample.wi, sample.weight * sample.pdf, density, &mut branch, tally);
+        }
+        let Some(prediction) = self.broad.prediction.as_ref().filter(|_| guided > 0) else { return sum };
+        let points = self.plan.strategy.points(sampler, guided);
+        for i in 0..guided {
+            let (w, pdf) = prediction.sample(points.point(i));
+            let wi = self.s.frame.to_local(w);
+            let f = lobe.eval(self.wo, wi, Quantity::Radiance) * wi.z.abs();
+            let density = guided as f32 * pdf + own as f32 * lobe.pdf_solid_angle(self.wo, wi);
+            let mut branch = sampler.branch(i);
+            sum += self.gather_ray(w, wi, f, density, &mut branch, tally);
+        }
+        sum
     }
-    let arrival = Arrival::Shared { from: s.p, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
-    let other = cones.rays as f32 * cones.density(wi);
-    let chain = power_heuristic(n as f32 * sample.pdf, other);
-    let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1, chain };
-    sample.weight * walker.field_radiance(start, sampler, tally)
+
+    /// One gather ray along `w`: `f` (BRDF times cosine) times the field radiance, over `density` (rays times density per
+    /// steradian, all broad strata of the lobe).
+    fn gather_ray(
+        &self,
+        w: Vec3,
+        wi: Vec3,
+        f: Rgb,
+        density: f32,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        if self.s.is_front(w) != (wi.z > 0.0) || f.is_black() || density <= 0.0 {
+            return Rgb::BLACK;
+        }
+        let samples = self.plan.shadow_rays as f32;
+        let arrival = Arrival::Shared { from: self.s.p, rays: density, samples };
+        let chain = power_heuristic(density, self.cones.rays as f32 * self.cones.density(w));
+        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, chain };
+        f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
+    }
+
+    /// Every gathered lobe at `w`, each weighted by the power heuristic of `here` (samples times density of the other way)
+    /// against its broad strata.
+    fn weighted(&self, w: Vec3, wi: Vec3, here: f32) -> Rgb {
+        let mut f = Rgb::BLACK;
+        for (k, lobe) in self.bsdf.lobes().iter().enumerate() {
+            if self.broad.has(k) {
+                let value = lobe.eval(self.wo, wi, Quantity::Radiance);
+                if !value.is_black() {
+                    f += value * power_heuristic(here, self.broad.density(k, lobe, self.wo, wi, w));
+                }
+            }
+        }
+        f
+    }
+
+    /// Virtual luminaires by sampling the cones, systematically over the mixture.
+    fn virtual_luminaires(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let (s, cones) = (self.s, self.cones);
+        let shift = sampler.next1();
+        let points = self.plan.strategy.points(sampler, cones.rays.max(1));
+        let mut sum = Rgb::BLACK;
+        for i in 0..cones.rays {
+            let u = (i as f32 + shift) / cones.rays as f32;
+            let w = cones.pick(u).sample(points.point(i));
+            let wi = s.frame.to_local(w);
+            if s.is_front(w) != (wi.z > 0.0) {
+                continue;
+            }
+            let here = cones.rays as f32 * cones.density(w);
+            let f = self.weighted(w, wi, here);
+            if f.is_black() || here <= 0.0 {
+                continue;
+            }
+            let mut branch = sampler.branch(i);
+            let radiance = self.walker.virtual_radiance(s.leave(w), w, &mut branch, tally);
+            sum += f * radiance * (wi.z.abs() / here);
+        }
+        sum
+    }
+
+    /// Luminaires by shadow rays, stratified over luminaires and over their points.
+    fn shadow_rays(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let (s, world) = (self.s, self.walker.world);
+        let m = self.plan.shadow_rays;
+        let shift = sampler.next1();
+        let points = self.plan.strategy.points(sampler, m);
+        let mut sum = Rgb::BLACK;
+        for i in 0..m {
+            let u_pick = (i as f32 + shift) / m as f32;
+            // Stride through the points so that each luminaire sees them well spread.
+            let u = points.point(i);
+            let Some(l) = world.luminaires.sample(&world.scene, s.p, u_pick, u) else { continue };
+            let wi = s.frame.to_local(l.wi);
+            if s.is_front(l.wi) != (wi.z > 0.0) {
+                continue;
+            }
+            // What no ray meets is all the shadow rays'.
+            let here = if l.met_by_rays { m as f32 * l.pdf_solid_angle } else { f32::INFINITY };
+            let f = self.weighted(l.wi, wi, here);
+            if f.is_black() {
+                continue;
+            }
+            tally.rays += 1;
+            if !l.is_occluded(world, s) {
+                sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
+            }
+        }
+        sum
+    }
 }
 
 /// The cones of the virtual luminaires expected at a point: a mixture of directions.
@@ -189,94 +321,4 @@ impl Cones {
         }
         &self.cones[self.count - 1]
     }
-}
-
-/// Virtual luminaires by sampling the cones, systematically over the mixture, each lobe weighted against its own gather
-/// rays.
-fn virtual_luminaires(
-    walker: &Walker,
-    s: &Surface,
-    bsdf: &Bsdf,
-    wo: Vec3,
-    shares: &Shares,
-    cones: &Cones,
-    plan: &GatherPlan,
-    sampler: &mut Sampler,
-    tally: &mut Tally,
-) -> Rgb {
-    let shift = sampler.next1();
-    let points = plan.strategy.points(sampler, cones.rays.max(1));
-    let mut sum = Rgb::BLACK;
-    for i in 0..cones.rays {
-        let u = (i as f32 + shift) / cones.rays as f32;
-        let w = cones.pick(u).sample(points.point(i));
-        let wi = s.frame.to_local(w);
-        if s.is_front(w) != (wi.z > 0.0) {
-            continue;
-        }
-        let here = cones.rays as f32 * cones.density(w);
-        let mut f = Rgb::BLACK;
-        for (k, lobe) in bsdf.lobes().iter().enumerate() {
-            if shares.rays[k] > 0 {
-                let gathered = shares.rays[k] as f32 * lobe.pdf_solid_angle(wo, wi);
-                f += lobe.eval(wo, wi, Quantity::Radiance) * power_heuristic(here, gathered);
-            }
-        }
-        if f.is_black() || here <= 0.0 {
-            continue;
-        }
-        let mut branch = sampler.branch(i);
-        let radiance = walker.virtual_radiance(s.leave(w), w, &mut branch, tally);
-        sum += f * radiance * (wi.z.abs() / here);
-    }
-    sum
-}
-
-/// Luminaires by shadow rays, stratified over luminaires and over their points, each lobe weighted against its own
-/// gather rays.
-fn shadow_rays(
-    walker: &Walker,
-    s: &Surface,
-    bsdf: &Bsdf,
-    wo: Vec3,
-    shares: &Shares,
-    plan: &GatherPlan,
-    sampler: &mut Sampler,
-    tally: &mut Tally,
-) -> Rgb {
-    let m = plan.shadow_rays;
-    let shift = sampler.next1();
-    let points = plan.strategy.points(sampler, m);
-    let mut sum = Rgb::BLACK;
-    for i in 0..m {
-        let u_pick = (i as f32 + shift) / m as f32;
-        // Stride through the points so that each luminaire sees them well spread.
-        let u = points.point(i);
-        let Some(l) = walker.world.luminaires.sample(&walker.world.scene, s.p, u_pick, u) else { continue };
-        let wi = s.frame.to_local(l.wi);
-        if s.is_front(l.wi) != (wi.z > 0.0) {
-            continue;
-        }
-        let mut f = Rgb::BLACK;
-        for (k, lobe) in bsdf.lobes().iter().enumerate() {
-            if shares.rays[k] == 0 {
-                continue;
-            }
-            let weight = if l.met_by_rays {
-                let gathered = shares.rays[k] as f32 * lobe.pdf_solid_angle(wo, wi);
-                power_heuristic(m as f32 * l.pdf_solid_angle, gathered)
-            } else {
-                1.0
-            };
-            f += lobe.eval(wo, wi, Quantity::Radiance) * weight;
-        }
-        if f.is_black() {
-            continue;
-        }
-        tally.rays += 1;
-        if !l.is_occluded(walker.world, s) {
-            sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
-        }
-    }
-    sum
 }

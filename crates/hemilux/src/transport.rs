@@ -100,8 +100,19 @@ impl<'a> Walker<'a> {
     /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
     pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         tally.rays += 1;
-        let hit = self.world.closest(start.origin, start.dir, f32::INFINITY);
-        self.field_radiance_from(start, hit, sampler, tally)
+        let (origin, dir) = (start.origin, start.dir);
+        let Some(hit) = self.world.closest_hit(origin, dir, f32::INFINITY) else {
+            return self.field_radiance_from(start, None, sampler, tally);
+        };
+        // Most gather rays end at once, on a plain zone.
+        if let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir)) {
+            let place = zones.map().locate_triangle(&hit, front, sampler.next2());
+            if hit.t >= ZONE_TRUST * place.radius {
+                return reflectance * zones.irradiance(place.zone, place.side) * std::f32::consts::FRAC_1_PI;
+            }
+        }
+        let surface = self.world.surface_behind(hit, origin, dir, f32::INFINITY);
+        self.field_radiance_from(start, surface, sampler, tally)
     }
 
     /// The same, given what the first ray meets.

@@ -97,6 +97,8 @@ pub struct World {
     pub luminaires: Luminaires,
     /// Whether some surface lets rays pass at random or always.
     has_holes: bool,
+    /// Reflectance of each shape of group 0 that is plain: see [`World::plain`].
+    plain: Vec<Option<hemilux_scene::Rgb>>,
     /// Centre and radius of a ball around all geometry (m).
     bound: (Vec3, f32),
 }
@@ -134,8 +136,9 @@ impl World {
             true => (Vec3::ZERO, 1.0),
         };
         let mut world =
-            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, bound };
+            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, plain: Vec::new(), bound };
         world.luminaires = Luminaires::new(&world);
+        world.plain = world.groups[0].shapes.iter().map(|s| world.plain_reflectance(s)).collect();
         world
     }
 
@@ -171,10 +174,28 @@ impl World {
     /// The nearest surface along the ray that is not a hole, within `t_max`. `dir` is unit.
     #[inline]
     pub fn closest(&self, origin: Vec3, dir: Vec3, t_max: f32) -> Option<Surface> {
+        let hit = self.closest_hit(origin, dir, t_max)?;
+        self.surface_behind(hit, origin, dir, t_max)
+    }
+
+    /// The nearest hit, holes included: [`World::surface_behind`] tells what it leads to.
+    #[inline]
+    pub(crate) fn closest_hit(&self, origin: Vec3, dir: Vec3, t_max: f32) -> Option<accel::Hit> {
+        self.accel.closest(&accel::Ray { origin, dir, t_min: 0.0, t_max })
+    }
+
+    /// The surface at `hit`, or the next one along the ray if that is a hole.
+    #[inline]
+    pub(crate) fn surface_behind(
+        &self,
+        mut hit: accel::Hit,
+        origin: Vec3,
+        dir: Vec3,
+        t_max: f32,
+    ) -> Option<Surface> {
         let mut ray = accel::Ray { origin, dir, t_min: 0.0, t_max };
         let mut travelled = 0.0;
         loop {
-            let hit = self.accel.closest(&ray)?;
             let mut surface = self.surface(&hit, dir);
             if !self.has_holes || !self.is_hole(&surface) {
                 surface.t += travelled;
@@ -183,6 +204,7 @@ impl World {
             travelled += hit.t;
             ray.origin = accel::offset_origin(surface.p, surface.p_error, surface.ng, dir);
             ray.t_max = t_max - travelled;
+            hit = self.accel.closest(&ray)?;
         }
     }
 
@@ -193,6 +215,37 @@ impl World {
             return self.closest(origin, dir, t_max).is_some();
         }
         self.accel.occluded(&accel::Ray { origin, dir, t_min: 0.0, t_max })
+    }
+
+    /// Reflectance and whether the front is met, for a hit on a flat triangle that is diffuse, of one reflectance, opaque
+    /// and dark: what such a surface sends back is known without working out the rest of the [`Surface`].
+    #[inline]
+    pub(crate) fn plain(&self, hit: &accel::Hit, dir: Vec3) -> Option<(hemilux_scene::Rgb, bool)> {
+        if hit.instance != accel::NO_INSTANCE {
+            return None;
+        }
+        let group = &self.groups[0];
+        let index = group.prim_shape[hit.prim as usize] as usize;
+        let reflectance = self.plain[index]?;
+        let shape = &group.shapes[index];
+        let Geometry::Mesh(id) = shape.geometry else { return None };
+        let mesh = &self.scene.meshes[id.0 as usize];
+        let [a, b, c] = mesh.indices[(hit.prim - group.first_prim[index]) as usize]
+            .map(|i| mesh.positions[i as usize]);
+        let against = (b - a).cross(c - a).dot(dir) < 0.0;
+        Some((reflectance, against ^ shape.reverse_orientation ^ shape.flips_handedness))
+    }
+
+    fn plain_reflectance(&self, shape: &Shape) -> Option<hemilux_scene::Rgb> {
+        let Geometry::Mesh(id) = shape.geometry else { return None };
+        let dark = shape.emission.is_none() && shape.alpha.is_none();
+        let flat = self.scene.meshes[id.0 as usize].normals.is_empty();
+        match &self.scene.materials[shape.material.0 as usize].kind {
+            MaterialKind::Diffuse { reflectance: hemilux_scene::RgbParam::Constant(r) } if dark && flat => {
+                Some(r.map(|v| v.clamp(0.0, 1.0)))
+            }
+            _ => None,
+        }
     }
 
     fn is_hole(&self, s: &Surface) -> bool {

@@ -91,8 +91,8 @@ impl Zones {
             caustic.push(Rgb([at.f32()?, at.f32()?, at.f32()?]));
             error.push(at.f32()?);
         }
-        let records = Default::default();
-        Ok(Zones { map, total, caustic, error, records, ledger, particles })
+        let (records, field) = Default::default();
+        Ok(Zones { map, total, caustic, error, records, field, ledger, particles })
     }
 }
 

@@ -5,13 +5,16 @@
 //! solution that gathers look up. A solution can be written to a file and read back ([`Zones::write`], [`Zones::read`]),
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
+pub mod field;
 pub mod file;
 pub mod map;
 pub mod mesh;
 pub mod particles;
 pub mod records;
+pub mod refine;
 
 use crate::bsdf::Bsdf;
+use field::Field;
 use crate::world::{Surface, World};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -28,13 +31,15 @@ pub struct ZoneOptions {
     pub budget: u32,
     /// Particles to trace.
     pub particles: u64,
+    /// Gathers at each zone side over what the particles found ([`refine`]); 0 keeps the particles' own irradiance.
+    pub refine: u32,
     /// Seed of the particles.
     pub seed: u64,
 }
 
 impl Default for ZoneOptions {
     fn default() -> Self {
-        ZoneOptions { budget: 60_000, particles: 1 << 21, seed: 0 }
+        ZoneOptions { budget: 60_000, particles: 1 << 21, refine: 4, seed: 0 }
     }
 }
 
@@ -50,6 +55,8 @@ pub struct Zones {
     error: Vec<f32>,
     /// Where virtual luminaires are expected; nothing in a solution that was read from a file.
     records: Arc<Records>,
+    /// What the field radiance is expected to be; nothing in a solution that was read from a file.
+    field: Arc<Field>,
     /// Where the flux went, per particle (W).
     pub ledger: Ledger,
     /// Particles traced.
@@ -67,11 +74,19 @@ impl Zones {
         let map = ZoneMap::new(world, options.budget);
         let mut deposits = Deposits::new(map.len(), world.luminaires.power());
         deposits.trace(world, &map, options.seed, options.particles, stop);
-        Zones::finish(map, deposits)
+        let mut zones = Zones::finish(map, deposits);
+        let mut refinement = refine::Refinement::new(world, &zones, options.seed);
+        for _ in 0..options.refine {
+            refinement.round(world, &zones);
+        }
+        refinement.apply(&mut zones);
+        zones
     }
 
     fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
-        let records = Arc::new(Records::new(std::mem::take(&mut deposits.records)));
+        let finds = std::mem::take(&mut deposits.finds);
+        let records = Arc::new(Records::new(finds.records));
+        let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;
         let (mut total, mut caustic, mut error) =
@@ -95,7 +110,7 @@ impl Zones {
             truncated: scale(l.truncated),
             rays: l.rays,
         };
-        Zones { map, total, caustic, error, records, ledger, particles: deposits.particles }
+        Zones { map, total, caustic, error, records, field, ledger, particles: deposits.particles }
     }
 
     /// The cut surfaces.
@@ -106,6 +121,11 @@ impl Zones {
     /// Where virtual luminaires are expected.
     pub fn records(&self) -> &Records {
         &self.records
+    }
+
+    /// What the field radiance is expected to be.
+    pub fn field(&self) -> &Field {
+        &self.field
     }
 
     /// Irradiance of a zone side (W·m⁻²).

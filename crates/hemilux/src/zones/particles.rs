@@ -8,6 +8,7 @@
 //! Deposits are summed in integers, so the result does not depend on the number of threads. The books balance: what
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
+use super::field::Incidence;
 use super::map::ZoneMap;
 use super::records::Record;
 use crate::bsdf::Transport as Quantity;
@@ -76,9 +77,32 @@ pub struct Deposits {
     pub ledger: Ledger,
     /// Particles so far.
     pub particles: u64,
-    /// Arrivals through specular chains, in the order of particles; [`MOST_RECORDS`] at most.
-    pub records: Vec<Record>,
+    /// What was found on the way, in the order of particles.
+    pub finds: Finds,
 }
+
+/// What particles find that steers gathers.
+#[derive(Debug, Default)]
+pub struct Finds {
+    /// Arrivals through specular chains; [`MOST_RECORDS`] at most.
+    pub records: Vec<Record>,
+    /// Arrivals other than straight from a luminaire; [`MOST_INCIDENCES`] at most.
+    pub incidences: Vec<Incidence>,
+}
+
+impl Finds {
+    fn append(&mut self, more: Finds) {
+        let room = MOST_RECORDS - self.records.len();
+        self.records.extend(more.records.into_iter().take(room));
+        let room = MOST_INCIDENCES - self.incidences.len();
+        self.incidences.extend(more.incidences.into_iter().take(room));
+    }
+}
+
+/// Arrivals that are kept for the predicted field radiance.
+pub const MOST_INCIDENCES: usize = 1 << 21;
+/// What an arrival through a specular chain weighs there: cones look for the same, so broad strata need to mind it less.
+const VIRTUAL_WEIGHT: f32 = 0.25;
 
 /// Records that are kept.
 pub const MOST_RECORDS: usize = 1 << 20;
@@ -96,7 +120,7 @@ impl Deposits {
             square_unit: (1u64 << 20) as f64 / (power * power),
             ledger: Ledger::default(),
             particles: 0,
-            records: Vec::new(),
+            finds: Finds::default(),
         }
     }
 
@@ -138,20 +162,19 @@ impl Deposits {
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
             // Collected in order, then summed in order: the same bits for any number of threads.
-            let chunks: Vec<(Ledger, Vec<Record>)> = starts
+            let chunks: Vec<(Ledger, Finds)> = starts
                 .par_iter()
                 .map(|&start| {
-                    let (mut ledger, mut records) = (Ledger::default(), Vec::new());
+                    let (mut ledger, mut finds) = (Ledger::default(), Finds::default());
                     for i in start..(start + CHUNK).min(end) {
-                        this.particle(world, map, key, i, &mut ledger, &mut records);
+                        this.particle(world, map, key, i, &mut ledger, &mut finds);
                     }
-                    (ledger, records)
+                    (ledger, finds)
                 })
                 .collect();
-            for (ledger, records) in chunks {
+            for (ledger, finds) in chunks {
                 self.ledger = self.ledger.add(&ledger);
-                let room = MOST_RECORDS - self.records.len();
-                self.records.extend(records.into_iter().take(room));
+                self.finds.append(finds);
             }
             self.particles = end;
         }
@@ -164,7 +187,7 @@ impl Deposits {
         key: Key,
         i: u64,
         ledger: &mut Ledger,
-        records: &mut Vec<Record>,
+        finds: &mut Finds,
     ) {
         // Golden-ratio steps stratify the pick over any prefix of the particles.
         let shift = key.uniform64(0);
@@ -199,10 +222,15 @@ impl Deposits {
             let wo = s.frame.to_local(s.wo);
             length += s.t;
             let receives = bsdf.has_non_delta() || bsdf.is_black();
+            let side = if s.is_front(s.wo) { s.ng } else { -s.ng };
+            if receives && (bounce > 0 || chain) {
+                let weight = if bounce == 0 { VIRTUAL_WEIGHT } else { 1.0 };
+                finds.incidences.push(Incidence::new(s.p, side, s.wo, weight * flux.luminance()));
+            }
             if let (0, true, true, Some((_, radius, _))) = (bounce, chain, receives, identity) {
-                records.push(Record {
+                finds.records.push(Record {
                     p: s.p,
-                    n: if s.is_front(s.wo) { s.ng } else { -s.ng },
+                    n: side,
                     dir: s.wo,
                     length,
                     signature: signature.bits(0),
