@@ -87,7 +87,9 @@ pub struct Field {
 }
 
 /// Arrivals in a leaf of the k-d tree at most.
-const LEAF: usize = 2048;
+const LEAF: usize = 512;
+/// A leaf learns from a box this much of its size larger on every side.
+const DILATE: f32 = 0.5;
 /// A quadrant with fewer arrivals is not cut.
 const FEWEST: usize = 12;
 /// A quadrant with less of the leaf's flux is not cut.
@@ -107,7 +109,7 @@ impl Field {
         let mut all = Field::default();
         incidences.sort_by_key(|i| facing(i.n.dir()));
         let mut rest = incidences.as_mut_slice();
-        let mut groups = Vec::new();
+        let mut groups: Vec<Group> = Vec::new();
         for side in 0..6 {
             let count = rest.partition_point(|i| facing(i.n.dir()) <= side);
             let (here, later) = std::mem::take(&mut rest).split_at_mut(count);
@@ -116,7 +118,22 @@ impl Field {
                 all.roots[side] = all.split(here, &mut groups);
             }
         }
-        let built: Vec<(Leaf, Vec<Quad>)> = groups.into_par_iter().map(|g| Leaf::new(g)).collect();
+        let built: Vec<(Leaf, Vec<Quad>)> = (0..groups.len())
+            .into_par_iter()
+            .map_init(Vec::new, |near, i| {
+                near.clear();
+                let (low, high) = groups[i].dilated();
+                let side = facing(groups[i].members[0].n.dir());
+                all.visit(all.roots[side], low, high, &mut |leaf| {
+                    let inside = |i: &&Incidence| {
+                        let p = Vec3::from_array(i.p);
+                        p.cmpge(low).all() && p.cmple(high).all()
+                    };
+                    near.extend(groups[leaf as usize].members.iter().filter(inside).copied());
+                });
+                Leaf::new(near)
+            })
+            .collect();
         for (mut leaf, quads) in built {
             let base = all.quads.len() as u32;
             leaf.root = base;
@@ -129,7 +146,22 @@ impl Field {
         all
     }
 
-    fn split<'a>(&mut self, here: &'a mut [Incidence], groups: &mut Vec<&'a mut [Incidence]>) -> u32 {
+    /// Every leaf of the k-d tree below `node` that the box from `low` to `high` meets.
+    fn visit(&self, node: u32, low: Vec3, high: Vec3, f: &mut impl FnMut(u32)) {
+        match self.nodes[node as usize] {
+            Node::Leaf(leaf) => f(leaf),
+            Node::Split { axis, at, children } => {
+                if low[axis as usize] <= at {
+                    self.visit(children[0], low, high, f);
+                }
+                if high[axis as usize] >= at {
+                    self.visit(children[1], low, high, f);
+                }
+            }
+        }
+    }
+
+    fn split<'a>(&mut self, here: &'a mut [Incidence], groups: &mut Vec<Group<'a>>) -> u32 {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for i in here.iter() {
             let p = Vec3::from_array(i.p);
@@ -138,7 +170,7 @@ impl Field {
         let extent = high - low;
         let axis = extent.max_position();
         if here.len() <= LEAF || extent[axis] <= 0.0 {
-            groups.push(here);
+            groups.push(Group { members: here, low, high });
             self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
             return self.nodes.len() as u32 - 1;
         }
@@ -190,6 +222,21 @@ impl Field {
 fn facing(n: Vec3) -> usize {
     let axis = n.abs().max_position();
     axis * 2 + (n[axis] < 0.0) as usize
+}
+
+/// The arrivals of a leaf while it is built.
+struct Group<'a> {
+    members: &'a [Incidence],
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Group<'_> {
+    /// A box that reaches half its own size into the neighbourhood: what only a corner of the leaf sees was met there too.
+    fn dilated(&self) -> (Vec3, Vec3) {
+        let margin = Vec3::splat(DILATE * (self.high - self.low).max_element());
+        (self.low - margin, self.high + margin)
+    }
 }
 
 impl Leaf {
