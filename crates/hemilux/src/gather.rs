@@ -13,7 +13,7 @@ use crate::sampler::{PointSet, Sampler};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
 use crate::zones::field::Prediction;
-use crate::zones::records::{Cone, MOST};
+use crate::zones::records::Cones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -128,8 +128,15 @@ pub fn gather(
 ) -> Rgb {
     let wo = s.frame.to_local(s.wo);
     let broad = Broad::new(walker, s, bsdf, wo, plan.rays);
-    let cones = Cones::new(walker, s, plan);
-    let at = Point { walker, s, bsdf, wo, broad: &broad, cones: &cones, plan };
+    let cones = match walker.zones {
+        Some(zones) if !zones.records().is_empty() => {
+            let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+            Cones::new(zones.records(), s.p, n)
+        }
+        _ => Cones::none(),
+    };
+    let cone_rays = cone_rays(&cones, plan);
+    let at = Point { walker, s, bsdf, wo, broad: &broad, cones: &cones, cone_rays, plan };
     let mut radiance = at.virtual_luminaires(sampler, tally);
     radiance += at.shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
@@ -140,6 +147,14 @@ pub fn gather(
     radiance
 }
 
+/// As many as there are images, within what the gather may cost.
+fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
+    match cones.is_empty() {
+        true => 0,
+        false => (cones.effective().ceil() as u32).clamp(plan.rays.div_ceil(4), plan.rays * 2).max(1),
+    }
+}
+
 /// A gather under way.
 struct Point<'a> {
     walker: &'a Walker<'a>,
@@ -148,6 +163,7 @@ struct Point<'a> {
     wo: Vec3,
     broad: &'a Broad<'a>,
     cones: &'a Cones,
+    cone_rays: u32,
     plan: &'a GatherPlan,
 }
 
@@ -193,7 +209,7 @@ impl Point<'_> {
         }
         let samples = self.plan.shadow_rays as f32;
         let arrival = Arrival::Shared { from: self.s.p, rays: density, samples };
-        let chain = power_heuristic(density, self.cones.rays as f32 * self.cones.density(w));
+        let chain = power_heuristic(density, self.cone_rays as f32 * self.cones.density(w));
         let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, chain };
         f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
     }
@@ -215,18 +231,17 @@ impl Point<'_> {
 
     /// Virtual luminaires by sampling the cones, systematically over the mixture.
     fn virtual_luminaires(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
-        let (s, cones) = (self.s, self.cones);
+        let (s, cones, n) = (self.s, self.cones, self.cone_rays);
         let shift = sampler.next1();
-        let points = self.plan.strategy.points(sampler, cones.rays.max(1));
+        let points = self.plan.strategy.points(sampler, n.max(1));
         let mut sum = Rgb::BLACK;
-        for i in 0..cones.rays {
-            let u = (i as f32 + shift) / cones.rays as f32;
-            let w = cones.pick(u).sample(points.point(i));
+        for i in 0..n {
+            let w = cones.sample((i as f32 + shift) / n as f32, points.point(i));
             let wi = s.frame.to_local(w);
             if s.is_front(w) != (wi.z > 0.0) {
                 continue;
             }
-            let here = cones.rays as f32 * cones.density(w);
+            let here = n as f32 * cones.density(w);
             let f = self.weighted(w, wi, here);
             if f.is_black() || here <= 0.0 {
                 continue;
@@ -266,59 +281,5 @@ impl Point<'_> {
             }
         }
         sum
-    }
-}
-
-/// The cones of the virtual luminaires expected at a point: a mixture of directions.
-struct Cones {
-    cones: [Cone; MOST],
-    count: usize,
-    /// Samples to take.
-    rays: u32,
-}
-
-impl Cones {
-    fn new(walker: &Walker, s: &Surface, plan: &GatherPlan) -> Cones {
-        let empty = Cone { axis: Vec3::Z, height: 1.0, share: 0.0 };
-        let mut all = Cones { cones: [empty; MOST], count: 0, rays: 0 };
-        let Some(zones) = walker.zones else { return all };
-        if zones.records().is_empty() {
-            return all;
-        }
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        let (mut previous, mut kept) = (0.0, 0.0);
-        for candidate in zones.records().near(s.p, n) {
-            let cone = candidate.cone(s.p, previous);
-            previous = candidate.cumulative();
-            if cone.axis.dot(n) > 0.0 {
-                all.cones[all.count] = cone;
-                all.count += 1;
-                kept += cone.share;
-            }
-        }
-        all.cones[..all.count].iter_mut().for_each(|c| c.share /= kept);
-        if all.count > 0 {
-            // As many as there are images, within what the gather may cost.
-            all.rays = (all.count as u32).clamp(plan.rays.div_ceil(4), plan.rays * 2).max(1);
-        }
-        all
-    }
-
-    /// Density per steradian of the mixture at `w`.
-    #[inline]
-    fn density(&self, w: Vec3) -> f32 {
-        self.cones[..self.count].iter().filter(|c| c.contains(w)).map(|c| c.share * c.density()).sum()
-    }
-
-    /// The cone that holds `u` of the mixture.
-    fn pick(&self, u: f32) -> &Cone {
-        let mut left = u;
-        for cone in &self.cones[..self.count] {
-            if left < cone.share {
-                return cone;
-            }
-            left -= cone.share;
-        }
-        &self.cones[self.count - 1]
     }
 }

@@ -209,6 +209,8 @@ impl Deposits {
         let identity = world.luminaires.identity(&world.scene, e.luminaire);
         let mut signature = Key::new(identity.map_or(0, |i| i.0 as u64));
         let mut length = identity.map_or(0.0, |i| i.2);
+        // Of the segment before, and what mirrors and glass have left.
+        let (mut previous, mut left) = (length, 1.0f32);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
                 return;
@@ -228,14 +230,17 @@ impl Deposits {
                 finds.incidences.push(Incidence::new(s.p, side, s.wo, weight * flux.luminance()));
             }
             if let (0, true, true, Some((_, radius, _))) = (bounce, chain, receives, identity) {
+                let radiance = world.luminaires.mean_radiance(&world.scene, e.luminaire);
                 finds.records.push(Record {
                     p: s.p,
                     n: side,
                     dir: s.wo,
+                    reach: [s.t, s.t + previous],
                     length,
                     signature: signature.bits(0),
                     radius,
                     flux: flux.luminance(),
+                    strength: radiance * left,
                 });
             }
             if receives {
@@ -277,6 +282,8 @@ impl Deposits {
             flux = kept;
             if b.delta {
                 chain = true;
+                left *= kept_by(&bsdf, wo, b.transmitted);
+                previous = s.t;
                 signature = signature.with(world.patch(&s)).with(b.transmitted as u64);
             } else {
                 bounce += 1;
@@ -286,6 +293,12 @@ impl Deposits {
         }
         add(&mut ledger.truncated, flux);
     }
+}
+
+/// Part of the radiance that a specular interface sends the way a particle took.
+fn kept_by(bsdf: &crate::bsdf::Bsdf, wo: hemilux_scene::geom::Vec3, transmitted: bool) -> f32 {
+    let branches = bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Flux)).flatten();
+    branches.filter(|b| (b.wi.z * wo.z < 0.0) == transmitted).map(|b| b.weight.luminance()).sum::<f32>().min(1.0)
 }
 
 #[inline]

@@ -1,0 +1,314 @@
+//! Records of specular chains, and where they say virtual luminaires are: the predictor of the gather.
+//!
+//! A light particle that reaches a surface straight from a luminaire through mirrors and glass leaves a [`Record`]:
+//! where, from which direction, how far the chain's patches and the luminaire are along it, and the chain's *signature*
+//! (luminaire, smooth patches met, reflected or refracted). All records of a signature together tell where its image and
+//! the patches it is seen through lie; those near a point tell which signatures matter there, and how their direction
+//! changes with position where no fixed place explains them ([`model`]). A gather turns them into [`Cones`]. H. W. Jensen
+//! 1995 (importance from photons); P. Shirley and K. Chiu 1994, section 6 ("a good predictor").
+//!
+//! Records only steer: gathers weigh their samples by density, so a bad cone costs noise and never bias.
+
+mod cones;
+mod model;
+
+pub use cones::{Cones, MOST};
+
+use hemilux_scene::geom::Vec3;
+use model::{Linear, Signature};
+use rayon::prelude::*;
+
+/// One arrival through a specular chain.
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    /// Where (m).
+    pub p: Vec3,
+    /// Normal on the side of arrival, unit.
+    pub n: Vec3,
+    /// Unit direction back along the last segment.
+    pub dir: Vec3,
+    /// Distance along the chain to the patch met last and to the one before it (or the luminaire), m.
+    pub reach: [f32; 2],
+    /// Length of the chain (m).
+    pub length: f32,
+    /// Luminaire and smooth patches of the chain, hashed.
+    pub signature: u32,
+    /// Radius of the luminaire (m).
+    pub radius: f32,
+    /// Luminance of the flux.
+    pub flux: f32,
+    /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
+    pub strength: f32,
+}
+
+/// A signature that matters in a neighbourhood.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    /// Index into the signatures.
+    signature: u32,
+    /// Index of a regression, or [`NONE`].
+    linear: u32,
+    /// Share of the neighbourhood's flux.
+    share: f32,
+}
+
+const NONE: u32 = u32::MAX;
+
+enum Node {
+    Split { axis: u8, at: f32, children: [u32; 2] },
+    Leaf(u32),
+}
+
+/// All candidates, found by place and facing.
+pub struct Records {
+    nodes: Vec<Node>,
+    /// Root per facing (±x, ±y, ±z), [`NONE`] where there is nothing.
+    roots: [u32; 6],
+    /// First candidate of each leaf, and one past the last.
+    first: Vec<u32>,
+    candidates: Vec<Candidate>,
+    signatures: Vec<Signature>,
+    linears: Vec<Linear>,
+    records: usize,
+}
+
+impl std::fmt::Debug for Records {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Records({} of {} signatures, {} candidates)",
+            self.records,
+            self.signatures.len(),
+            self.candidates.len()
+        )
+    }
+}
+
+/// Records in a leaf at most.
+const LEAF: usize = 128;
+/// A leaf learns from a box this much of its size larger on every side.
+const DILATE: f32 = 0.5;
+/// A record outside the leaf's own box counts this much.
+const OUTSIDE: f32 = 0.3;
+/// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
+const LARGE: f32 = 0.4;
+
+impl Default for Records {
+    fn default() -> Self {
+        Records {
+            nodes: Vec::new(),
+            roots: [NONE; 6],
+            first: vec![0],
+            candidates: Vec::new(),
+            signatures: Vec::new(),
+            linears: Vec::new(),
+            records: 0,
+        }
+    }
+}
+
+/// The records of a leaf while it is built.
+struct Group<'a> {
+    members: &'a [Record],
+    low: Vec3,
+    high: Vec3,
+}
+
+/// A finished leaf: signature, share, regression.
+type Found = Vec<(u32, f32, Option<Linear>)>;
+
+impl Records {
+    /// Group the records. The result depends on `records` and their order alone.
+    pub fn new(mut records: Vec<Record>) -> Records {
+        records.retain(|r| r.radius < LARGE * r.length);
+        let mut all = Records { records: records.len(), ..Records::default() };
+        all.name_signatures(&mut records);
+        records.sort_by_key(|r| facing(r.n));
+        let mut rest = records.as_mut_slice();
+        let mut groups: Vec<Group> = Vec::new();
+        for side in 0..6 {
+            let count = rest.partition_point(|r| facing(r.n) <= side);
+            let (here, later) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = later;
+            if !here.is_empty() {
+                all.roots[side] = all.split(here, &mut groups);
+            }
+        }
+        let this = &all;
+        let found: Vec<Found> = (0..groups.len())
+            .into_par_iter()
+            .map_init(Vec::new, |near, i| this.leaf(&groups, i, near))
+            .collect();
+        for leaf in found {
+            for (signature, share, linear) in leaf {
+                let linear = linear.map_or(NONE, |l| {
+                    all.linears.push(l);
+                    all.linears.len() as u32 - 1
+                });
+                all.candidates.push(Candidate { signature, linear, share });
+            }
+            all.first.push(all.candidates.len() as u32);
+        }
+        all
+    }
+
+    /// Replace each record's signature by its index, and fit what each signature's records have in common.
+    fn name_signatures(&mut self, records: &mut [Record]) {
+        records.par_sort_by_key(|r| r.signature);
+        let groups: Vec<&mut [Record]> =
+            records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
+        self.signatures = groups.par_iter().map(|g| Signature::fit(g)).collect();
+        groups.into_par_iter().enumerate().for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
+    }
+
+    fn split<'a>(&mut self, here: &'a mut [Record], groups: &mut Vec<Group<'a>>) -> u32 {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for r in here.iter() {
+            (low, high) = (low.min(r.p), high.max(r.p));
+        }
+        let extent = high - low;
+        let axis = extent.max_position();
+        if here.len() <= LEAF || extent[axis] <= 0.0 {
+            groups.push(Group { members: here, low, high });
+            self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
+            return self.nodes.len() as u32 - 1;
+        }
+        let middle = here.len() / 2;
+        here.select_nth_unstable_by(middle, |a, b| a.p[axis].total_cmp(&b.p[axis]));
+        let at = here[middle].p[axis];
+        let (left, right) = here.split_at_mut(middle);
+        let children = [self.split(left, groups), self.split(right, groups)];
+        self.nodes.push(Node::Split { axis: axis as u8, at, children });
+        self.nodes.len() as u32 - 1
+    }
+
+    /// Every leaf of the k-d tree below `node` that the box from `low` to `high` meets.
+    fn visit(&self, node: u32, low: Vec3, high: Vec3, f: &mut impl FnMut(u32)) {
+        match self.nodes[node as usize] {
+            Node::Leaf(leaf) => f(leaf),
+            Node::Split { axis, at, children } => {
+                if low[axis as usize] <= at {
+                    self.visit(children[0], low, high, f);
+                }
+                if high[axis as usize] >= at {
+                    self.visit(children[1], low, high, f);
+                }
+            }
+        }
+    }
+
+    /// What matters in leaf `i`: every signature recorded in it or around it. `near` is scratch space.
+    fn leaf(&self, groups: &[Group], i: usize, near: &mut Vec<Record>) -> Found {
+        let Group { members, low, high } = groups[i];
+        let margin = Vec3::splat(DILATE * (high - low).max_element());
+        let (wide_low, wide_high) = (low - margin, high + margin);
+        let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
+        near.clear();
+        self.visit(self.roots[facing(members[0].n)], wide_low, wide_high, &mut |leaf| {
+            let inside = |r: &&Record| within(r.p, wide_low, wide_high);
+            near.extend(groups[leaf as usize].members.iter().filter(inside));
+        });
+        // The whole key: equal signatures in an order that does not depend on how the tree was cut.
+        near.sort_unstable_by_key(|r| (r.signature, r.p.x.to_bits(), r.p.y.to_bits(), r.p.z.to_bits()));
+        let centre = (low + high) * 0.5;
+        let mut found: Found = Vec::new();
+        for group in near.chunk_by(|a, b| a.signature == b.signature) {
+            let weight = |r: &Record| r.flux * if within(r.p, low, high) { 1.0 } else { OUTSIDE };
+            let share: f32 = group.iter().map(weight).sum();
+            let name = group[0].signature;
+            let place = self.signatures[name as usize].places.iter().map(|p| p.sin2(centre)).fold(1.0, f32::min);
+            let seen = group[0].radius / group[0].length;
+            // No regression where a fixed place says as much.
+            let worth = place > 2.5 * seen * seen;
+            let linear = if worth { Linear::fit(group).filter(|l| l.sin2 < 0.7 * place) } else { None };
+            found.push((name, share, linear));
+        }
+        found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        found.truncate(2 * MOST);
+        let total: f32 = found.iter().map(|f| f.1).sum();
+        found.iter_mut().for_each(|f| f.1 /= total.max(f32::MIN_POSITIVE));
+        found
+    }
+
+    /// Number of records behind the candidates.
+    pub fn len(&self) -> usize {
+        self.records
+    }
+
+    /// Whether there is nothing to find.
+    pub fn is_empty(&self) -> bool {
+        self.candidates.is_empty()
+    }
+
+    /// Bytes in use.
+    pub fn memory_bytes(&self) -> usize {
+        self.nodes.len() * size_of::<Node>()
+            + self.candidates.len() * size_of::<Candidate>()
+            + self.signatures.len() * size_of::<Signature>()
+            + self.linears.len() * size_of::<Linear>()
+    }
+
+    /// The candidates near `p` on a surface that faces `n`.
+    fn near(&self, p: Vec3, n: Vec3) -> &[Candidate] {
+        let mut node = self.roots[facing(n)];
+        while let Some(Node::Split { axis, at, children }) = self.nodes.get(node as usize) {
+            node = children[(p[*axis as usize] >= *at) as usize];
+        }
+        match self.nodes.get(node as usize) {
+            Some(Node::Leaf(leaf)) => {
+                let leaf = *leaf as usize;
+                &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize]
+            }
+            _ => &[],
+        }
+    }
+}
+
+/// Which of ±x, ±y, ±z a normal is closest to.
+fn facing(n: Vec3) -> usize {
+    let axis = n.abs().max_position();
+    axis * 2 + (n[axis] < 0.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hemiquad::points::{Key, sobol};
+
+    /// Records on the floor of a luminaire's image, as a flat mirror throws them.
+    fn flat(image: Vec3, spread: f32, n: u32) -> Vec<Record> {
+        (0..n)
+            .map(|i| {
+                let u = sobol(i, Key::new(4));
+                let p = Vec3::new((u.u - 0.5) * spread, (u.v - 0.5) * spread, 0.0);
+                let to = image - p;
+                Record {
+                    p,
+                    n: Vec3::Z,
+                    dir: to.normalize(),
+                    reach: [0.5 * to.length(), to.length()],
+                    length: to.length(),
+                    signature: 7,
+                    radius: 0.002,
+                    flux: 1.0,
+                    strength: 1.0,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_image_of_a_flat_mirror_is_found_from_anywhere_near() {
+        let image = Vec3::new(1.0, 0.4, 2.0);
+        for n in [1, 3, 20, 200] {
+            let records = Records::new(flat(image, 0.2, n));
+            for x in [Vec3::ZERO, Vec3::new(0.08, -0.05, 0.0)] {
+                let cones = Cones::new(&records, x, Vec3::Z);
+                let to = (image - x).normalize();
+                assert!(cones.len() == 1 && cones.density(to) > 0.0, "{n} records at {x}");
+                let w = cones.sample(0.5, [0.3, 0.8]);
+                assert!((w - to).length() < 2.0 * 0.002 / image.length(), "tight: {w} against {to}");
+            }
+        }
+    }
+}
