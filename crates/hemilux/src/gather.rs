@@ -62,8 +62,8 @@ impl GatherPlan {
 struct Broad<'a> {
     /// Rays in the chart of each lobe: over all lobes in proportion to albedo, at least one.
     own: [u32; MAX_LOBES],
-    /// Rays of each lobe over the prediction.
-    guided: [u32; MAX_LOBES],
+    /// Rays over the prediction.
+    guided: u32,
     prediction: Option<Prediction<'a>>,
 }
 
@@ -72,7 +72,7 @@ const GUIDED: f32 = 0.7;
 
 impl<'a> Broad<'a> {
     fn new(walker: &Walker<'a>, s: &Surface, bsdf: &Bsdf, wo: Vec3, rays: u32) -> Broad<'a> {
-        let mut broad = Broad { own: [0; MAX_LOBES], guided: [0; MAX_LOBES], prediction: None };
+        let mut broad = Broad { own: [0; MAX_LOBES], guided: 0, prediction: None };
         let smooth = |l: &&Lobe| l.kind() != LobeClass::Delta;
         let alone = bsdf.lobes().iter().filter(smooth).count() == 1;
         let all: f32 = bsdf.lobes().iter().filter(smooth).map(|l| l.albedo(wo).max()).sum();
@@ -88,8 +88,9 @@ impl<'a> Broad<'a> {
         if broad.prediction.is_some() {
             for (k, l) in bsdf.lobes().iter().enumerate() {
                 if l.kind() == LobeClass::Diffuse && !l.is_transmissive() && broad.own[k] > 1 {
-                    broad.guided[k] = ((broad.own[k] as f32 * GUIDED) as u32).min(broad.own[k] - 1);
-                    broad.own[k] -= broad.guided[k];
+                    let guided = ((broad.own[k] as f32 * GUIDED) as u32).min(broad.own[k] - 1);
+                    broad.guided += guided;
+                    broad.own[k] -= guided;
                 }
             }
         }
@@ -99,21 +100,6 @@ impl<'a> Broad<'a> {
     /// Whether lobe `k` is gathered.
     fn has(&self, k: usize) -> bool {
         self.own[k] > 0
-    }
-
-    /// Rays times density per steradian at world direction `w`, local `wi`, over all strata of lobe `k`.
-    #[inline]
-    fn density(&self, k: usize, lobe: &Lobe, wo: Vec3, wi: Vec3, w: Vec3) -> f32 {
-        self.own[k] as f32 * lobe.pdf_solid_angle(wo, wi) + self.predicted(k, w)
-    }
-
-    /// The prediction's part of it.
-    #[inline]
-    fn predicted(&self, k: usize, w: Vec3) -> f32 {
-        match &self.prediction {
-            Some(p) if self.guided[k] > 0 => self.guided[k] as f32 * p.pdf_solid_angle(w),
-            _ => 0.0,
-        }
     }
 }
 
@@ -137,14 +123,14 @@ pub fn gather(
     };
     let cone_rays = cone_rays(&cones, plan);
     let at = Point { walker, s, bsdf, wo, broad: &broad, cones: &cones, cone_rays, plan };
-    let mut radiance = at.virtual_luminaires(sampler, tally);
-    radiance += at.shadow_rays(sampler, tally);
+    let mut radiance = at.by_cones(sampler, tally);
+    radiance += at.by_shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
-        if broad.has(k) {
-            radiance += at.lobe(k, lobe, sampler, tally);
+        if broad.own[k] > 0 {
+            radiance += at.by_lobe(k, lobe, sampler, tally);
         }
     }
-    radiance
+    radiance + at.by_prediction(sampler, tally)
 }
 
 /// As many as there are images, within what the gather may cost.
@@ -168,93 +154,81 @@ struct Point<'a> {
 }
 
 impl Point<'_> {
-    /// One lobe by its broad strata.
-    fn lobe(&self, k: usize, lobe: &Lobe, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
-        let (own, guided) = (self.broad.own[k], self.broad.guided[k]);
+    /// Rays times density per steradian at world direction `w`, local `wi`, over all strata but the shadow rays.
+    #[inline]
+    fn density(&self, w: Vec3, wi: Vec3) -> f32 {
+        let mut density = 0.0;
+        for (k, lobe) in self.bsdf.lobes().iter().enumerate() {
+            if self.broad.own[k] > 0 {
+                density += self.broad.own[k] as f32 * lobe.pdf_solid_angle(self.wo, wi);
+            }
+        }
+        if let Some(prediction) = &self.broad.prediction {
+            density += self.broad.guided as f32 * prediction.pdf_solid_angle(w);
+        }
+        if self.cone_rays > 0 {
+            density += self.cone_rays as f32 * self.cones.density(w);
+        }
+        density
+    }
+
+    /// The part of one lobe's own chart.
+    fn by_lobe(&self, k: usize, lobe: &Lobe, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let n = self.broad.own[k];
+        let points = self.plan.strategy.points(sampler, n);
         let mut sum = Rgb::BLACK;
-        let points = self.plan.strategy.points(sampler, own);
-        for i in 0..own {
+        for i in 0..n {
             let Some(sample) = lobe.sample(self.wo, points.point(i), Quantity::Radiance) else { continue };
             let w = self.s.frame.to_world(sample.wi).normalize();
-            let density = own as f32 * sample.pdf + self.broad.predicted(k, w);
-            let mut branch = sampler.branch(i);
-            sum += self.gather_ray(w, sample.wi, sample.weight * sample.pdf, density, &mut branch, tally);
-        }
-        let Some(prediction) = self.broad.prediction.as_ref().filter(|_| guided > 0) else { return sum };
-        let points = self.plan.strategy.points(sampler, guided);
-        for i in 0..guided {
-            let (w, pdf) = prediction.sample(points.point(i));
-            let wi = self.s.frame.to_local(w);
-            let f = lobe.eval(self.wo, wi, Quantity::Radiance) * wi.z.abs();
-            let density = guided as f32 * pdf + own as f32 * lobe.pdf_solid_angle(self.wo, wi);
-            let mut branch = sampler.branch(i);
-            sum += self.gather_ray(w, wi, f, density, &mut branch, tally);
+            sum += self.gather_ray(w, sample.wi, &mut sampler.branch(i), tally);
         }
         sum
     }
 
-    /// One gather ray along `w`: `f` (BRDF times cosine) times the field radiance, over `density` (rays times density per
-    /// steradian, all broad strata of the lobe).
-    fn gather_ray(
-        &self,
-        w: Vec3,
-        wi: Vec3,
-        f: Rgb,
-        density: f32,
-        sampler: &mut Sampler,
-        tally: &mut Tally,
-    ) -> Rgb {
-        if self.s.is_front(w) != (wi.z > 0.0) || f.is_black() || density <= 0.0 {
-            return Rgb::BLACK;
+    /// The part of the predicted field radiance.
+    fn by_prediction(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let Some(prediction) = &self.broad.prediction else { return Rgb::BLACK };
+        let n = self.broad.guided;
+        let points = self.plan.strategy.points(sampler, n);
+        let mut sum = Rgb::BLACK;
+        for i in 0..n {
+            let (w, _) = prediction.sample(points.point(i));
+            sum += self.gather_ray(w, self.s.frame.to_local(w), &mut sampler.branch(i), tally);
         }
-        let samples = self.plan.shadow_rays as f32;
-        let arrival = Arrival::Shared { from: self.s.p, rays: density, samples };
-        let chain = power_heuristic(density, self.cone_rays as f32 * self.cones.density(w));
-        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, chain };
-        f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
+        sum
     }
 
-    /// Every gathered lobe at `w`, each weighted by the power heuristic of `here` (samples times density of the other way)
-    /// against its broad strata.
-    fn weighted(&self, w: Vec3, wi: Vec3, here: f32) -> Rgb {
-        let mut f = Rgb::BLACK;
-        for (k, lobe) in self.bsdf.lobes().iter().enumerate() {
-            if self.broad.has(k) {
-                let value = lobe.eval(self.wo, wi, Quantity::Radiance);
-                if !value.is_black() {
-                    f += value * power_heuristic(here, self.broad.density(k, lobe, self.wo, wi, w));
-                }
-            }
-        }
-        f
-    }
-
-    /// Virtual luminaires by sampling the cones, systematically over the mixture.
-    fn virtual_luminaires(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
-        let (s, cones, n) = (self.s, self.cones, self.cone_rays);
+    /// The part of the cones, systematically over the mixture.
+    fn by_cones(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let n = self.cone_rays;
         let shift = sampler.next1();
         let points = self.plan.strategy.points(sampler, n.max(1));
         let mut sum = Rgb::BLACK;
         for i in 0..n {
-            let w = cones.sample((i as f32 + shift) / n as f32, points.point(i));
-            let wi = s.frame.to_local(w);
-            if s.is_front(w) != (wi.z > 0.0) {
-                continue;
-            }
-            let here = n as f32 * cones.density(w);
-            let f = self.weighted(w, wi, here);
-            if f.is_black() || here <= 0.0 {
-                continue;
-            }
-            let mut branch = sampler.branch(i);
-            let radiance = self.walker.virtual_radiance(s.leave(w), w, &mut branch, tally);
-            sum += f * radiance * (wi.z.abs() / here);
+            let w = self.cones.sample((i as f32 + shift) / n as f32, points.point(i));
+            sum += self.gather_ray(w, self.s.frame.to_local(w), &mut sampler.branch(i), tally);
         }
         sum
     }
 
+    /// One gather ray along `w`: BRDF, cosine and field radiance over the density of all strata (the balance heuristic).
+    fn gather_ray(&self, w: Vec3, wi: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        if self.s.is_front(w) != (wi.z > 0.0) {
+            return Rgb::BLACK;
+        }
+        let f = self.bsdf.eval(self.wo, wi, Quantity::Radiance) * wi.z.abs();
+        let density = self.density(w, wi);
+        if f.is_black() || density <= 0.0 {
+            return Rgb::BLACK;
+        }
+        let samples = self.plan.shadow_rays as f32;
+        let arrival = Arrival::Shared { from: self.s.p, rays: density, samples };
+        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, chain: 1.0 };
+        f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
+    }
+
     /// Luminaires by shadow rays, stratified over luminaires and over their points.
-    fn shadow_rays(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+    fn by_shadow_rays(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         let (s, world) = (self.s, self.walker.world);
         let m = self.plan.shadow_rays;
         let shift = sampler.next1();
@@ -269,11 +243,13 @@ impl Point<'_> {
             if s.is_front(l.wi) != (wi.z > 0.0) {
                 continue;
             }
-            // What no ray meets is all the shadow rays'.
-            let here = if l.met_by_rays { m as f32 * l.pdf_solid_angle } else { f32::INFINITY };
-            let f = self.weighted(l.wi, wi, here);
+            let mut f = self.bsdf.eval(self.wo, wi, Quantity::Radiance);
             if f.is_black() {
                 continue;
+            }
+            // What no ray meets is all the shadow rays'.
+            if l.met_by_rays {
+                f = f * power_heuristic(m as f32 * l.pdf_solid_angle, self.density(l.wi, wi));
             }
             tally.rays += 1;
             if !l.is_occluded(world, s) {

@@ -92,6 +92,8 @@ const LEAF: usize = 512;
 const DILATE: f32 = 0.5;
 /// A quadrant with fewer arrivals is not cut.
 const FEWEST: usize = 12;
+/// Arrivals that every quad is taken to have had besides, evenly over its quadrants.
+const PRIOR: f32 = 4.0;
 /// A quadrant with less of the leaf's flux is not cut.
 const FAINTEST: f32 = 1.0 / 512.0;
 /// Bits of the Morton code per axis: cells of 1/1024, about 2 mrad.
@@ -278,7 +280,9 @@ fn cut(codes: &[(u32, f32)], depth: u32, total: f32, quads: &mut Vec<Quad>) -> u
     }
     let sum: f32 = sums.iter().sum();
     if sum > 0.0 {
-        quads[index].share = sums.map(|s| s / sum);
+        // As if a few more had arrived evenly: few arrivals do not prove a quadrant empty.
+        let prior = PRIOR / codes.len() as f32;
+        quads[index].share = sums.map(|s| (s / sum + 0.25 * prior) / (1.0 + prior));
     }
     index as u32
 }

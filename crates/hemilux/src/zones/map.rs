@@ -586,7 +586,8 @@ mod tests {
                     let hit = cell.point([a, b]);
                     assert_eq!(triangle_cell(k, hit.u, hit.v, [0.5, 0.5]), index, "k = {k}, {a}, {b}");
                 }
-                let cell = Cell { triangle: false, columns: 5, rows: k, ..cell };
+                let index = index % (5 * k as u32);
+                let cell = Cell { triangle: false, columns: 5, index, ..cell };
                 let hit = cell.point([0.3, 0.9]);
                 assert_eq!(grid_cell(k, 5, hit.u, hit.v, [0.5, 0.5]), index);
             }

@@ -84,7 +84,8 @@ impl Zones {
     }
 
     fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
-        let finds = std::mem::take(&mut deposits.finds);
+        let mut finds = std::mem::take(&mut deposits.finds);
+        finds.records.append(&mut finds.zone_records);
         let records = Arc::new(Records::new(finds.records));
         let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;

@@ -11,9 +11,10 @@
 use super::field::Incidence;
 use super::map::ZoneMap;
 use super::records::Record;
-use crate::bsdf::Transport as Quantity;
-use crate::world::World;
+use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::world::{Surface, World};
 use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
 use hemiquad::points::{Key, sobol};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -79,13 +80,17 @@ pub struct Deposits {
     pub particles: u64,
     /// What was found on the way, in the order of particles.
     pub finds: Finds,
+    /// Per zone side: radiosity over π (luminance) where it outshines the scene, 0 elsewhere; known after [`PILOT`] particles.
+    bright: Vec<f32>,
 }
 
 /// What particles find that steers gathers.
 #[derive(Debug, Default)]
 pub struct Finds {
-    /// Arrivals through specular chains; [`MOST_RECORDS`] at most.
+    /// Arrivals from luminaires through specular chains; [`MOST_RECORDS`] at most.
     pub records: Vec<Record>,
+    /// Arrivals from bright zones, straight or through specular chains; [`MOST_RECORDS`] at most.
+    pub zone_records: Vec<Record>,
     /// Arrivals other than straight from a luminaire; [`MOST_INCIDENCES`] at most.
     pub incidences: Vec<Incidence>,
 }
@@ -94,6 +99,8 @@ impl Finds {
     fn append(&mut self, more: Finds) {
         let room = MOST_RECORDS - self.records.len();
         self.records.extend(more.records.into_iter().take(room));
+        let room = MOST_RECORDS - self.zone_records.len();
+        self.zone_records.extend(more.zone_records.into_iter().take(room));
         let room = MOST_INCIDENCES - self.incidences.len();
         self.incidences.extend(more.incidences.into_iter().take(room));
     }
@@ -101,11 +108,15 @@ impl Finds {
 
 /// Arrivals that are kept for the predicted field radiance.
 pub const MOST_INCIDENCES: usize = 1 << 21;
-/// What an arrival through a specular chain weighs there: cones look for the same, so broad strata need to mind it less.
-const VIRTUAL_WEIGHT: f32 = 0.25;
+/// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
+const RECORDED: f32 = 0.25;
 
 /// Records that are kept.
 pub const MOST_RECORDS: usize = 1 << 20;
+/// Particles after which it is decided which zones are bright.
+pub const PILOT: u64 = 1 << 17;
+/// A zone is bright if its radiosity is this many times the mean over the scene's lit surfaces.
+const OUTSHINES: f64 = 5.0;
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
@@ -121,6 +132,7 @@ impl Deposits {
             ledger: Ledger::default(),
             particles: 0,
             finds: Finds::default(),
+            bright: Vec::new(),
         }
     }
 
@@ -158,6 +170,9 @@ impl Deposits {
         let key = Key::new(seed).with(0x9a_47_1c_1e);
         const BATCH: u64 = 64 * CHUNK;
         while self.particles < total && !stop(self.particles) {
+            if self.bright.is_empty() && self.particles >= PILOT.min(total / 2) {
+                self.bright = self.bright_zones(map);
+            }
             let end = (self.particles + BATCH).min(total);
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
@@ -178,6 +193,40 @@ impl Deposits {
             }
             self.particles = end;
         }
+    }
+
+    /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
+    fn zone_source(&self, map: &ZoneMap, zone: u32, side: u32, transmitted: bool, kept: f32) -> Source {
+        let irradiance = self.bright.get((zone * 2 + side) as usize).copied().unwrap_or(0.0);
+        match irradiance > 0.0 {
+            true => Source {
+                known: true,
+                signature: Key::new(1 << 40 | (zone as u64) << 2 | (side as u64) << 1 | transmitted as u64),
+                radius: map.radii()[zone as usize],
+                strength: irradiance * kept,
+                ..Source::none()
+            },
+            false => Source::none(),
+        }
+    }
+
+    /// The zones that outshine the scene, by their irradiance so far (their reflectance is left to the particles).
+    fn bright_zones(&self, map: &ZoneMap) -> Vec<f32> {
+        let n = self.particles.max(1) as f64;
+        let flux = |side: usize| {
+            let bins = [Bin::Direct, Bin::Caustic, Bin::Indirect].map(|b| self.flux(side, b));
+            (0..3).map(|c| [0.2126, 0.7152, 0.0722][c] * bins.iter().map(|b| b[c]).sum::<f64>() / n).sum::<f64>()
+        };
+        let all: Vec<(f64, f64)> =
+            (0..map.len() * 2).map(|side| (flux(side), map.areas()[side / 2] as f64)).collect();
+        let (lit, area) = all.iter().filter(|a| a.0 > 0.0).fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
+        let threshold = if area > 0.0 { OUTSHINES * lit / area } else { f64::INFINITY };
+        all.iter()
+            .map(|(flux, area)| {
+                let irradiance = if *area > 0.0 { flux / area } else { 0.0 };
+                if irradiance > threshold { (irradiance / std::f64::consts::PI) as f32 } else { 0.0 }
+            })
+            .collect()
     }
 
     fn particle(
@@ -206,11 +255,7 @@ impl Deposits {
         };
         let (mut origin, mut dir, mut flux) = (e.origin, e.dir, e.flux);
         let (mut bounce, mut chain) = (0u32, false);
-        let identity = world.luminaires.identity(&world.scene, e.luminaire);
-        let mut signature = Key::new(identity.map_or(0, |i| i.0 as u64));
-        let mut length = identity.map_or(0.0, |i| i.2);
-        // Of the segment before, and what mirrors and glass have left.
-        let (mut previous, mut left) = (length, 1.0f32);
+        let mut source = Source::of_luminaire(world, e.luminaire);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
                 return;
@@ -222,28 +267,8 @@ impl Deposits {
             };
             let bsdf = world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            length += s.t;
-            let receives = bsdf.has_non_delta() || bsdf.is_black();
-            let side = if s.is_front(s.wo) { s.ng } else { -s.ng };
-            if receives && (bounce > 0 || chain) {
-                let weight = if bounce == 0 { VIRTUAL_WEIGHT } else { 1.0 };
-                finds.incidences.push(Incidence::new(s.p, side, s.wo, weight * flux.luminance()));
-            }
-            if let (0, true, true, Some((_, radius, _))) = (bounce, chain, receives, identity) {
-                let radiance = world.luminaires.mean_radiance(&world.scene, e.luminaire);
-                finds.records.push(Record {
-                    p: s.p,
-                    n: side,
-                    dir: s.wo,
-                    reach: [s.t, s.t + previous],
-                    length,
-                    signature: signature.bits(0),
-                    radius,
-                    flux: flux.luminance(),
-                    strength: radiance * left,
-                });
-            }
-            if receives {
+            let mut here = None;
+            if bsdf.has_non_delta() || bsdf.is_black() {
                 let bin = match (bounce, chain) {
                     (0, false) => Bin::Direct,
                     (0, true) => Bin::Caustic,
@@ -252,6 +277,10 @@ impl Deposits {
                 let place = map.locate(world, &s, [0.5, 0.5]);
                 self.deposit((place.zone * 2 + place.side) as usize, bin, flux);
                 add(&mut ledger.incident, flux);
+                if bin != Bin::Direct {
+                    finds.arrival(&s, &source, bounce, flux.luminance());
+                }
+                here = Some(place);
             }
             let (u_lobe, u) = (numbers.uniform(next(1)), numbers.uniform2(next(1)));
             let sampled = bsdf.sample(wo, u_lobe, [u.u, u.v], Quantity::Flux);
@@ -282,11 +311,14 @@ impl Deposits {
             flux = kept;
             if b.delta {
                 chain = true;
-                left *= kept_by(&bsdf, wo, b.transmitted);
-                previous = s.t;
-                signature = signature.with(world.patch(&s)).with(b.transmitted as u64);
+                source.pass(world, &s, &bsdf, wo, b.transmitted);
             } else {
                 bounce += 1;
+                chain = false;
+                source = match here {
+                    Some(place) => self.zone_source(map, place.zone, place.side, b.transmitted, survive),
+                    None => Source::none(),
+                };
             }
             origin = s.leave(wi);
             dir = wi;
@@ -295,8 +327,82 @@ impl Deposits {
     }
 }
 
+/// Where a particle last came from other than through mirrors and glass, and its chain since.
+struct Source {
+    /// Whether records of it are wanted.
+    known: bool,
+    signature: Key,
+    /// m.
+    radius: f32,
+    /// Radiance (luminance) times what the chain has left of it.
+    strength: f32,
+    /// Length of the chain (m) and of its last segment.
+    length: f32,
+    previous: f32,
+}
+
+impl Source {
+    fn none() -> Source {
+        Source {
+            known: false,
+            signature: Key::new(0),
+            radius: 0.0,
+            strength: 0.0,
+            length: 0.0,
+            previous: 0.0,
+        }
+    }
+
+    fn of_luminaire(world: &World, luminaire: u32) -> Source {
+        match world.luminaires.identity(&world.scene, luminaire) {
+            Some((name, radius, distance)) => Source {
+                known: true,
+                signature: Key::new(name as u64),
+                radius,
+                strength: world.luminaires.mean_radiance(&world.scene, luminaire),
+                length: distance,
+                previous: distance,
+            },
+            None => Source::none(),
+        }
+    }
+
+    /// Go through the specular interface at `s`.
+    fn pass(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, wo: Vec3, transmitted: bool) {
+        if self.known {
+            self.length += s.t;
+            self.previous = s.t;
+            self.strength *= kept_by(bsdf, wo, transmitted);
+            self.signature = self.signature.with(world.patch(s)).with(transmitted as u64);
+        }
+    }
+}
+
+impl Finds {
+    /// An arrival at `s` of `flux` (luminance) from `source` after `bounce` scatterings.
+    fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let weight = if source.known { RECORDED } else { 1.0 };
+        self.incidences.push(Incidence::new(s.p, n, s.wo, weight * flux));
+        if source.known {
+            let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
+            to.push(Record {
+                p: s.p,
+                n,
+                dir: s.wo,
+                reach: [s.t, s.t + source.previous],
+                length: s.t + source.length,
+                signature: source.signature.bits(0),
+                radius: source.radius,
+                flux,
+                strength: source.strength,
+            });
+        }
+    }
+}
+
 /// Part of the radiance that a specular interface sends the way a particle took.
-fn kept_by(bsdf: &crate::bsdf::Bsdf, wo: hemilux_scene::geom::Vec3, transmitted: bool) -> f32 {
+fn kept_by(bsdf: &Bsdf, wo: Vec3, transmitted: bool) -> f32 {
     let branches = bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Flux)).flatten();
     branches.filter(|b| (b.wi.z * wo.z < 0.0) == transmitted).map(|b| b.weight.luminance()).sum::<f32>().min(1.0)
 }

@@ -12,7 +12,7 @@ use super::{Candidate, NONE, Records};
 use hemilux_scene::geom::{Frame, Vec3};
 
 /// Cones at most; the candidates with least flux are left out.
-pub const MOST: usize = 256;
+pub const MOST: usize = 1024;
 /// Cones tested at once.
 const LANES: usize = 8;
 /// No cone is wider than this (1 − cos): there an image is only guessed at.

@@ -86,6 +86,10 @@ impl std::fmt::Debug for Records {
 
 /// Records in a leaf at most.
 const LEAF: usize = 128;
+/// Larger leaves, up to this, stay whole where they hold fewer than so many records of each signature: where many images
+/// are seen at once, a small leaf would know only some of them.
+const LARGEST: usize = 4096;
+const PER_SIGNATURE: usize = 4;
 /// A leaf learns from a box this much of its size larger on every side.
 const DILATE: f32 = 0.5;
 /// A record outside the leaf's own box counts this much.
@@ -105,6 +109,14 @@ impl Default for Records {
             records: 0,
         }
     }
+}
+
+/// Number of signatures among records.
+fn distinct(records: &[Record]) -> usize {
+    let mut names: Vec<u32> = records.iter().map(|r| r.signature).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.len()
 }
 
 /// The records of a leaf while it is built.
@@ -168,7 +180,8 @@ impl Records {
         }
         let extent = high - low;
         let axis = extent.max_position();
-        if here.len() <= LEAF || extent[axis] <= 0.0 {
+        let small = here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here);
+        if small || extent[axis] <= 0.0 {
             groups.push(Group { members: here, low, high });
             self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
             return self.nodes.len() as u32 - 1;
@@ -224,7 +237,7 @@ impl Records {
             found.push((name, share, linear));
         }
         found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        found.truncate(2 * MOST);
+        found.truncate(MOST);
         let total: f32 = found.iter().map(|f| f.1).sum();
         found.iter_mut().for_each(|f| f.1 /= total.max(f32::MIN_POSITIVE));
         found
