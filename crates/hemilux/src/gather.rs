@@ -96,11 +96,6 @@ impl<'a> Broad<'a> {
         }
         broad
     }
-
-    /// Whether lobe `k` is gathered.
-    fn has(&self, k: usize) -> bool {
-        self.own[k] > 0
-    }
 }
 
 /// The surface radiance that the non-delta lobes at `s` send towards where the ray came from. Unbiased given the zones.

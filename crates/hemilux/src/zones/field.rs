@@ -12,44 +12,20 @@
 //! Invariants: the density integrates to 1 over the square; [`Prediction::sample`] and [`Prediction::pdf_solid_angle`] agree.
 
 use hemilux_scene::geom::{Frame, Vec3};
-use hemiquad::map::{Cosine, Dir, Map, Sphere, Uv};
+use hemiquad::map::{Cosine, Dir, Map, Uv};
 use rayon::prelude::*;
 
-/// One arrival of a particle, packed: 24 bytes.
+/// One arrival of a particle.
 #[derive(Clone, Copy, Debug)]
 pub struct Incidence {
-    p: [f32; 3],
-    /// Normal on the side of arrival.
-    n: Packed,
-    /// Back along the last segment.
-    dir: Packed,
+    /// Where (m).
+    pub p: Vec3,
+    /// Normal on the side of arrival, unit.
+    pub n: Vec3,
+    /// Unit direction back along the last segment.
+    pub dir: Vec3,
     /// Luminance of the flux, weighted by how much the prediction is meant to mind it.
-    flux: f32,
-}
-
-/// A direction on a 65,536 × 65,536 grid of the sphere's square: within 4e-5 rad.
-#[derive(Clone, Copy, Debug)]
-struct Packed(u32);
-
-impl Packed {
-    fn new(d: Vec3) -> Packed {
-        let uv: Uv<f32> = Sphere.uv(Dir::from_unit(d.x, d.y, d.z)).unwrap_or_default();
-        let q = |x: f32| (x * 65536.0).min(65535.0) as u32;
-        Packed(q(uv.u) << 16 | q(uv.v))
-    }
-
-    fn dir(self) -> Vec3 {
-        let q = |x: u32| (x as f32 + 0.5) / 65536.0;
-        let d: Dir<f32> = Sphere.dir(Uv::new(q(self.0 >> 16), q(self.0 & 0xffff)));
-        Vec3::new(d.x, d.y, d.z)
-    }
-}
-
-impl Incidence {
-    /// An arrival at `p` on the side of unit `n`, back along unit `dir`, worth `flux`.
-    pub fn new(p: Vec3, n: Vec3, dir: Vec3, flux: f32) -> Incidence {
-        Incidence { p: p.to_array(), n: Packed::new(n), dir: Packed::new(dir), flux }
-    }
+    pub flux: f32,
 }
 
 /// A node of a quadtree: what its four quadrants hold, and where they are cut further.
@@ -109,11 +85,11 @@ impl Field {
     /// Group the arrivals. The result depends on `incidences` and their order alone.
     pub fn new(mut incidences: Vec<Incidence>) -> Field {
         let mut all = Field::default();
-        incidences.sort_by_key(|i| facing(i.n.dir()));
+        incidences.sort_by_key(|i| facing(i.n));
         let mut rest = incidences.as_mut_slice();
         let mut groups: Vec<Group> = Vec::new();
         for side in 0..6 {
-            let count = rest.partition_point(|i| facing(i.n.dir()) <= side);
+            let count = rest.partition_point(|i| facing(i.n) <= side);
             let (here, later) = std::mem::take(&mut rest).split_at_mut(count);
             rest = later;
             if !here.is_empty() {
@@ -125,11 +101,10 @@ impl Field {
             .map_init(Vec::new, |near, i| {
                 near.clear();
                 let (low, high) = groups[i].dilated();
-                let side = facing(groups[i].members[0].n.dir());
+                let side = facing(groups[i].members[0].n);
                 all.visit(all.roots[side], low, high, &mut |leaf| {
                     let inside = |i: &&Incidence| {
-                        let p = Vec3::from_array(i.p);
-                        p.cmpge(low).all() && p.cmple(high).all()
+                        i.p.cmpge(low).all() && i.p.cmple(high).all()
                     };
                     near.extend(groups[leaf as usize].members.iter().filter(inside).copied());
                 });
@@ -166,8 +141,7 @@ impl Field {
     fn split<'a>(&mut self, here: &'a mut [Incidence], groups: &mut Vec<Group<'a>>) -> u32 {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for i in here.iter() {
-            let p = Vec3::from_array(i.p);
-            (low, high) = (low.min(p), high.max(p));
+            (low, high) = (low.min(i.p), high.max(i.p));
         }
         let extent = high - low;
         let axis = extent.max_position();
@@ -221,7 +195,7 @@ impl Field {
 }
 
 /// Which of ±x, ±y, ±z a normal is closest to.
-fn facing(n: Vec3) -> usize {
+pub(super) fn facing(n: Vec3) -> usize {
     let axis = n.abs().max_position();
     axis * 2 + (n[axis] < 0.0) as usize
 }
@@ -243,12 +217,12 @@ impl Group<'_> {
 
 impl Leaf {
     fn new(group: &[Incidence]) -> (Leaf, Vec<Quad>) {
-        let mean: Vec3 = group.iter().map(|i| i.n.dir()).sum();
-        let frame = Frame::from_normal(mean.try_normalize().unwrap_or(group[0].n.dir()));
+        let mean: Vec3 = group.iter().map(|i| i.n).sum();
+        let frame = Frame::from_normal(mean.try_normalize().unwrap_or(group[0].n));
         let mut codes: Vec<(u32, f32)> = group
             .iter()
             .filter_map(|i| {
-                let d = frame.to_local(i.dir.dir());
+                let d = frame.to_local(i.dir);
                 let uv: Uv<f32> = Cosine.uv(Dir::from_unit(d.x, d.y, d.z))?;
                 let q = |x: f32| ((x * (1 << BITS) as f32) as u32).min((1 << BITS) - 1);
                 Some((morton(q(uv.u), q(uv.v)), i.flux))
@@ -288,7 +262,7 @@ fn cut(codes: &[(u32, f32)], depth: u32, total: f32, quads: &mut Vec<Quad>) -> u
 }
 
 /// Interleave the bits of two numbers below 2¹⁶; `x` takes the even ones.
-fn morton(x: u32, y: u32) -> u32 {
+pub(super) fn morton(x: u32, y: u32) -> u32 {
     let spread = |v: u32| {
         let v = (v | v << 8) & 0x00ff_00ff;
         let v = (v | v << 4) & 0x0f0f_0f0f;
@@ -384,7 +358,7 @@ mod tests {
                 let wide = Vec3::new(d.x, d.y, d.z);
                 let narrow = bright.to_world(Vec3::new(0.05 * d.x, 0.05 * d.y, 1.0)).normalize();
                 let dir = if i % 2 == 0 { wide } else { narrow };
-                Incidence::new(Vec3::new(b.u, b.v, 0.0), Vec3::Z, dir, 1.0)
+                Incidence { p: Vec3::new(b.u, b.v, 0.0), n: Vec3::Z, dir, flux: 1.0 }
             })
             .collect()
     }

@@ -116,7 +116,7 @@ pub const MOST_RECORDS: usize = 1 << 20;
 /// Particles after which it is decided which zones are bright.
 pub const PILOT: u64 = 1 << 17;
 /// A zone is bright if its radiosity is this many times the mean over the scene's lit surfaces.
-const OUTSHINES: f64 = 5.0;
+const OUTSHINES: f64 = 10.0;
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
@@ -383,7 +383,7 @@ impl Finds {
     fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
         let weight = if source.known { RECORDED } else { 1.0 };
-        self.incidences.push(Incidence::new(s.p, n, s.wo, weight * flux));
+        self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
         if source.known {
             let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
             to.push(Record {

@@ -13,8 +13,9 @@ use hemilux_scene::geom::{Frame, Vec3};
 
 /// Cones at most; the candidates with least flux are left out.
 pub const MOST: usize = 1024;
-/// Cones tested at once.
+/// Cones tested at once: a block.
 const LANES: usize = 8;
+const BLOCKS: usize = MOST / LANES;
 /// No cone is wider than this (1 − cos): there an image is only guessed at.
 const WIDEST: f32 = 0.15;
 /// Share of the samples by flux of nearby records, and without regard to anything.
@@ -33,6 +34,8 @@ pub struct Cones {
     density: [f32; MOST],
     /// Cumulative share.
     cumulative: [f32; MOST],
+    /// Per block: centre of a ball around its cones on the unit sphere, and squared radius.
+    block: [[f32; BLOCKS]; 4],
     count: usize,
     /// How many cones of equal share would be as uneven.
     effective: f32,
@@ -52,6 +55,7 @@ impl Cones {
             height: [-1.0; MOST],
             density: [0.0; MOST],
             cumulative: [0.0; MOST],
+            block: [[0.0; BLOCKS]; 4],
             count: 0,
             effective: 0.0,
         }
@@ -110,9 +114,27 @@ impl Cones {
             self.density[k] /= cumulative;
         }
         self.effective = cumulative * cumulative / squares;
-        let padded = self.count.next_multiple_of(LANES).min(MOST);
-        for k in self.count..padded {
+        self.bound_blocks();
+    }
+
+    /// Fill up the last block, and bound each.
+    fn bound_blocks(&mut self) {
+        let blocks = self.count.div_ceil(LANES);
+        for k in self.count..blocks * LANES {
             (self.height[k], self.density[k]) = (-1.0, 0.0);
+        }
+        for b in 0..blocks {
+            let members = b * LANES..((b + 1) * LANES).min(self.count);
+            let axis = |k: usize| Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
+            let centre = members.clone().map(axis).sum::<Vec3>() / members.len() as f32;
+            // 1 − cos = chord² / 2.
+            let reach = |k: usize| (axis(k) - centre).length() + (2.0 * self.height[k]).sqrt();
+            let radius = members.map(reach).fold(0.0, f32::max) * 1.0001;
+            (self.block[0][b], self.block[1][b], self.block[2][b]) = (centre.x, centre.y, centre.z);
+            self.block[3][b] = radius * radius;
+        }
+        for b in blocks..blocks.next_multiple_of(LANES) {
+            self.block[3][b] = -1.0;
         }
     }
 
@@ -134,17 +156,34 @@ impl Cones {
     /// Density per steradian of the mixture at unit `w`.
     #[inline]
     pub fn density(&self, w: Vec3) -> f32 {
-        let mut sums = [0f32; LANES];
+        let mut sum = 0.0;
+        let blocks = self.count.div_ceil(LANES);
         let mut at = 0;
-        while at < self.count {
-            for (lane, sum) in sums.iter_mut().enumerate() {
-                let k = at + lane;
-                // 1 − cos by the chord, which keeps its digits for small angles.
-                let (x, y, z) = (w.x - self.axis[0][k], w.y - self.axis[1][k], w.z - self.axis[2][k]);
-                let inside = 0.5 * (x * x + y * y + z * z) <= self.height[k];
-                *sum += if inside { self.density[k] } else { 0.0 };
+        while at < blocks {
+            let mut met = 0u32;
+            for lane in 0..LANES {
+                let b = at + lane;
+                let (x, y, z) = (w.x - self.block[0][b], w.y - self.block[1][b], w.z - self.block[2][b]);
+                met |= ((x * x + y * y + z * z <= self.block[3][b]) as u32) << lane;
+            }
+            while met != 0 {
+                sum += self.block_density(at + met.trailing_zeros() as usize, w);
+                met &= met - 1;
             }
             at += LANES;
+        }
+        sum
+    }
+
+    #[inline]
+    fn block_density(&self, block: usize, w: Vec3) -> f32 {
+        let mut sums = [0f32; LANES];
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            let k = block * LANES + lane;
+            // 1 − cos by the chord, which keeps its digits for small angles.
+            let (x, y, z) = (w.x - self.axis[0][k], w.y - self.axis[1][k], w.z - self.axis[2][k]);
+            let inside = 0.5 * (x * x + y * y + z * z) <= self.height[k];
+            *sum = if inside { self.density[k] } else { 0.0 };
         }
         sums.iter().sum()
     }

@@ -14,7 +14,9 @@ mod model;
 
 pub use cones::{Cones, MOST};
 
+use super::field::{facing, morton};
 use hemilux_scene::geom::Vec3;
+use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
 use rayon::prelude::*;
 
@@ -240,7 +242,24 @@ impl Records {
         found.truncate(MOST);
         let total: f32 = found.iter().map(|f| f.1).sum();
         found.iter_mut().for_each(|f| f.1 /= total.max(f32::MIN_POSITIVE));
+        // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
+        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0));
         found
+    }
+
+    /// Where along a Morton curve of directions (the sphere's square) a candidate is seen from `x`.
+    fn direction_code(&self, f: &(u32, f32, Option<Linear>), x: Vec3) -> u32 {
+        let d = match &f.2 {
+            Some(linear) => linear.dir(x),
+            None => {
+                let places = &self.signatures[f.0 as usize].places;
+                let tightest = places.iter().min_by(|a, b| a.sin2(x).total_cmp(&b.sin2(x)));
+                tightest.map_or(Vec3::Z, |p| (p.centre - x).normalize_or(Vec3::Z))
+            }
+        };
+        let uv: Uv<f32> = Sphere.uv(Dir::from_unit(d.x, d.y, d.z)).unwrap_or_default();
+        let q = |v: f32| (v * 65536.0).clamp(0.0, 65535.0) as u32;
+        morton(q(uv.u), q(uv.v))
     }
 
     /// Number of records behind the candidates.
@@ -275,12 +294,6 @@ impl Records {
             _ => &[],
         }
     }
-}
-
-/// Which of ±x, ±y, ±z a normal is closest to.
-fn facing(n: Vec3) -> usize {
-    let axis = n.abs().max_position();
-    axis * 2 + (n[axis] < 0.0) as usize
 }
 
 #[cfg(test)]
