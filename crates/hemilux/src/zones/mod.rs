@@ -5,6 +5,7 @@
 //! solution that gathers look up. A solution can be written to a file and read back ([`Zones::write`], [`Zones::read`]),
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
+pub mod aim;
 pub mod field;
 pub mod file;
 pub mod map;
@@ -12,6 +13,7 @@ pub mod mesh;
 pub mod particles;
 pub mod records;
 pub mod refine;
+pub mod sight;
 
 use crate::bsdf::Bsdf;
 use field::Field;
@@ -72,7 +74,7 @@ impl Zones {
     /// The same, but no further once `stop` (given the particles so far) says so.
     pub fn solve_until(world: &World, options: &ZoneOptions, stop: impl FnMut(u64) -> bool) -> Zones {
         let map = ZoneMap::new(world, options.budget);
-        let mut deposits = Deposits::new(map.len(), world.luminaires.power());
+        let mut deposits = Deposits::new(map.len(), world.luminaires.power(), Some(sight::Sight::of_camera(world)));
         deposits.trace(world, &map, options.seed, options.particles, stop);
         let mut zones = Zones::finish(map, deposits);
         let mut refinement = refine::Refinement::new(world, &zones, options.seed);

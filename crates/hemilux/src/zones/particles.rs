@@ -8,10 +8,13 @@
 //! Deposits are summed in integers, so the result does not depend on the number of threads. The books balance: what
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
+use super::aim::{Aim, Start, Trial};
 use super::field::Incidence;
 use super::map::ZoneMap;
 use super::records::Record;
+use super::sight::Sight;
 use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::world::luminaire::EmittedParticle;
 use crate::world::{Surface, World};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -82,7 +85,19 @@ pub struct Deposits {
     pub finds: Finds,
     /// Per zone side: radiosity over π (luminance) where it outshines the scene, 0 elsewhere; known after [`PILOT`] particles.
     bright: Vec<f32>,
+    aim: Aim,
+    /// The particles that `aim` will next learn from.
+    trials: Vec<Trial>,
+    /// What matters; `None`: everything.
+    sight: Option<Sight>,
 }
+
+/// Particles after which emission is aimed anew, each time by the particles since the last.
+const AIMED_AT: [u64; 3] = [1 << 15, 1 << 17, 1 << 19];
+/// What an arrival through mirrors and glass is worth, against one straight from a luminaire.
+const CHAIN_USE: f32 = 4.0;
+/// What an arrival is worth where it does not matter.
+const UNSEEN_USE: f32 = 0.02;
 
 /// What particles find that steers gathers.
 #[derive(Debug, Default)]
@@ -120,7 +135,7 @@ const OUTSHINES: f64 = 10.0;
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
-    pub fn new(zones: usize, power: f64) -> Deposits {
+    pub fn new(zones: usize, power: f64, sight: Option<Sight>) -> Deposits {
         let power = if power > 0.0 { power } else { 1.0 };
         let zeros = |n: usize| (0..n).map(|_| AtomicU64::new(0)).collect();
         Deposits {
@@ -133,6 +148,9 @@ impl Deposits {
             particles: 0,
             finds: Finds::default(),
             bright: Vec::new(),
+            aim: Aim::default(),
+            trials: Vec::new(),
+            sight,
         }
     }
 
@@ -170,29 +188,48 @@ impl Deposits {
         let key = Key::new(seed).with(0x9a_47_1c_1e);
         const BATCH: u64 = 64 * CHUNK;
         while self.particles < total && !stop(self.particles) {
+            if AIMED_AT.contains(&self.particles) {
+                self.aim = Aim::learn(std::mem::take(&mut self.trials));
+            }
             if self.bright.is_empty() && self.particles >= PILOT.min(total / 2) {
                 self.bright = self.bright_zones(map);
             }
-            let end = (self.particles + BATCH).min(total);
+            // A batch ends where something is decided.
+            let next = AIMED_AT.into_iter().find(|n| *n > self.particles);
+            let end = (self.particles + BATCH).min(total).min(next.unwrap_or(u64::MAX));
+            let learns = next.is_some();
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
             // Collected in order, then summed in order: the same bits for any number of threads.
-            let chunks: Vec<(Ledger, Finds)> = starts
+            let chunks: Vec<(Ledger, Finds, Vec<Trial>)> = starts
                 .par_iter()
                 .map(|&start| {
                     let (mut ledger, mut finds) = (Ledger::default(), Finds::default());
+                    let mut trials = Vec::new();
                     for i in start..(start + CHUNK).min(end) {
-                        this.particle(world, map, key, i, &mut ledger, &mut finds);
+                        let trial = this.particle(world, map, key, i, &mut ledger, &mut finds);
+                        if learns {
+                            trials.push(trial);
+                        }
                     }
-                    (ledger, finds)
+                    (ledger, finds, trials)
                 })
                 .collect();
-            for (ledger, finds) in chunks {
+            for (ledger, finds, trials) in chunks {
                 self.ledger = self.ledger.add(&ledger);
                 self.finds.append(finds);
+                self.trials.extend(trials);
             }
             self.particles = end;
         }
+    }
+
+    /// What an arrival counts when emission is aimed.
+    fn worth(&self, s: &Surface, bin: Bin) -> f32 {
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let seen = self.sight.as_ref().is_none_or(|sight| sight.sees(s.p, n));
+        let worth = if seen { 1.0 } else { UNSEEN_USE };
+        if bin == Bin::Caustic { CHAIN_USE * worth } else { worth }
     }
 
     /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
@@ -237,15 +274,13 @@ impl Deposits {
         i: u64,
         ledger: &mut Ledger,
         finds: &mut Finds,
-    ) {
-        // Golden-ratio steps stratify the pick over any prefix of the particles.
-        let shift = key.uniform64(0);
-        let pick = (shift + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
-        let index = i as u32;
-        let block = key.with(i >> 32);
-        let (p, d) = (sobol(index, block.with(1)), sobol(index, block.with(2)));
-        let pick = pick.min(1.0 - f32::EPSILON / 2.0);
-        let Some(e) = world.luminaires.emit(&world.scene, pick, [p.u, p.v], [d.u, d.v]) else { return };
+    ) -> Trial {
+        let (start, density) = self.aim.start(starting_numbers(key, i));
+        let [pick, p0, p1, d0, d1] = start;
+        let mut trial = Trial { start, use_: 0.0 };
+        let Some(e) = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]) else { return trial };
+        let plain = e.flux.luminance();
+        let e = EmittedParticle { flux: e.flux * (1.0 / density), ..e };
         add(&mut ledger.emitted, e.flux);
         let numbers = key.with(3).with(i);
         let mut dimension = 0;
@@ -258,12 +293,12 @@ impl Deposits {
         let mut source = Source::of_luminaire(world, e.luminaire);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
-                return;
+                return trial;
             }
             ledger.rays += 1;
             let Some(s) = world.closest(origin, dir, f32::INFINITY) else {
                 add(&mut ledger.escaped, flux);
-                return;
+                return trial;
             };
             let bsdf = world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
@@ -277,6 +312,7 @@ impl Deposits {
                 let place = map.locate(world, &s, [0.5, 0.5]);
                 self.deposit((place.zone * 2 + place.side) as usize, bin, flux);
                 add(&mut ledger.incident, flux);
+                trial.use_ += self.worth(&s, bin) * flux.luminance() * density / plain.max(f32::MIN_POSITIVE);
                 if bin != Bin::Direct {
                     finds.arrival(&s, &source, bounce, flux.luminance());
                 }
@@ -286,12 +322,12 @@ impl Deposits {
             let sampled = bsdf.sample(wo, u_lobe, [u.u, u.v], Quantity::Flux);
             let Some(b) = sampled else {
                 add(&mut ledger.absorbed, flux);
-                return;
+                return trial;
             };
             let wi = s.frame.to_world(b.wi).normalize();
             if s.is_front(wi) != (b.wi.z > 0.0) {
                 add(&mut ledger.absorbed, flux);
-                return;
+                return trial;
             }
             // Shading normals are not symmetric: Veach's factor for adjoint scattering (1997, eq. 5.19).
             let (gi, go) = (s.ng.dot(wi).abs(), s.ng.dot(s.wo).abs());
@@ -304,7 +340,7 @@ impl Deposits {
             let survive = (scattered.luminance() / before).min(1.0);
             if survive < 1.0 && numbers.uniform(next(1)) >= survive {
                 add(&mut ledger.absorbed, flux);
-                return;
+                return trial;
             }
             let kept = scattered * (1.0 / survive.max(1e-30));
             add(&mut ledger.absorbed, flux - kept);
@@ -324,7 +360,17 @@ impl Deposits {
             dir = wi;
         }
         add(&mut ledger.truncated, flux);
+        trial
     }
+}
+
+/// The numbers that particle `i` starts from, before they are aimed: well spread over any prefix of the particles.
+fn starting_numbers(key: Key, i: u64) -> Start {
+    // Golden-ratio steps stratify the pick.
+    let pick = (key.uniform64(0) + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
+    let (index, block) = (i as u32, key.with(i >> 32));
+    let (p, d) = (sobol(index, block.with(1)), sobol(index, block.with(2)));
+    [pick.min(1.0 - f32::EPSILON / 2.0), p.u, p.v, d.u, d.v]
 }
 
 /// Where a particle last came from other than through mirrors and glass, and its chain since.
