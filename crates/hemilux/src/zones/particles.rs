@@ -11,7 +11,7 @@
 use super::aim::{Aim, Start, Trial};
 use super::field::Incidence;
 use super::map::ZoneMap;
-use super::records::Record;
+use super::records::{LARGE, Record};
 use super::sight::Sight;
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::world::luminaire::EmittedParticle;
@@ -378,6 +378,7 @@ struct Source {
     /// Whether records of it are wanted.
     known: bool,
     signature: Key,
+    class: Key,
     /// m.
     radius: f32,
     /// Radiance (luminance) times what the chain has left of it.
@@ -392,6 +393,7 @@ impl Source {
         Source {
             known: false,
             signature: Key::new(0),
+            class: Key::new(0),
             radius: 0.0,
             strength: 0.0,
             length: 0.0,
@@ -404,6 +406,7 @@ impl Source {
             Some((name, radius, distance)) => Source {
                 known: true,
                 signature: Key::new(name as u64),
+                class: Key::new(name as u64),
                 radius,
                 strength: world.luminaires.mean_radiance(&world.scene, luminaire),
                 length: distance,
@@ -420,6 +423,8 @@ impl Source {
             self.previous = s.t;
             self.strength *= kept_by(bsdf, wo, transmitted);
             self.signature = self.signature.with(world.patch(s)).with(transmitted as u64);
+            let shape = (s.group as u64) << 32 | s.shape as u64;
+            self.class = self.class.with(shape).with(transmitted as u64);
         }
     }
 }
@@ -428,9 +433,10 @@ impl Finds {
     /// An arrival at `s` of `flux` (luminance) from `source` after `bounce` scatterings.
     fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        let weight = if source.known { RECORDED } else { 1.0 };
+        let recorded = source.known && source.radius < LARGE * (s.t + source.length);
+        let weight = if recorded { RECORDED } else { 1.0 };
         self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
-        if source.known {
+        if recorded {
             let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
             to.push(Record {
                 p: s.p,
@@ -439,6 +445,7 @@ impl Finds {
                 reach: [s.t, s.t + source.previous],
                 length: s.t + source.length,
                 signature: source.signature.bits(0),
+                class: source.class.bits(0),
                 radius: source.radius,
                 flux,
                 strength: source.strength,

@@ -248,6 +248,7 @@ mod tests {
             reach: [1.0, 1.0],
             length: to.length(),
             signature: i,
+            class: i,
             radius,
             flux: 1.0 + i as f32,
             strength: 1.0,

@@ -35,6 +35,8 @@ pub struct Record {
     pub length: f32,
     /// Luminaire and smooth patches of the chain, hashed.
     pub signature: u32,
+    /// Luminaire and shapes of the chain, hashed: signatures of one class have patches of like size.
+    pub class: u32,
     /// Radius of the luminaire (m).
     pub radius: f32,
     /// Luminance of the flux.
@@ -97,7 +99,10 @@ const DILATE: f32 = 0.5;
 /// A record outside the leaf's own box counts this much.
 const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
-const LARGE: f32 = 0.4;
+pub const LARGE: f32 = 0.15;
+/// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
+/// mean signature's flux.
+const UNRECORDED: f32 = 0.25;
 
 impl Default for Records {
     fn default() -> Self {
@@ -134,7 +139,6 @@ type Found = Vec<(u32, f32, Option<Linear>)>;
 impl Records {
     /// Group the records. The result depends on `records` and their order alone.
     pub fn new(mut records: Vec<Record>) -> Records {
-        records.retain(|r| r.radius < LARGE * r.length);
         let mut all = Records { records: records.len(), ..Records::default() };
         all.name_signatures(&mut records);
         records.sort_by_key(|r| facing(r.n));
@@ -172,6 +176,7 @@ impl Records {
         let groups: Vec<&mut [Record]> =
             records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
         self.signatures = groups.par_iter().map(|g| Signature::fit(g)).collect();
+        model::fit_classes(&mut self.signatures, &groups);
         groups.into_par_iter().enumerate().for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
     }
 
@@ -238,6 +243,7 @@ impl Records {
             let linear = if worth { Linear::fit(group).filter(|l| l.sin2 < 0.7 * place) } else { None };
             found.push((name, share, linear));
         }
+        self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
         found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         found.truncate(MOST);
         let total: f32 = found.iter().map(|f| f.1).sum();
@@ -245,6 +251,20 @@ impl Records {
         // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
         found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0));
         found
+    }
+
+    /// Add the signatures that the places of their images and patches make visible from around `centre`.
+    fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3) {
+        let share = UNRECORDED * found.iter().map(|f| f.1).sum::<f32>() / found.len().max(1) as f32;
+        let recorded = found.len();
+        for (name, signature) in self.signatures.iter().enumerate() {
+            let name = name as u32;
+            if signature.is_visible_from(centre, radius, n)
+                && found[..recorded].binary_search_by_key(&name, |f| f.0).is_err()
+            {
+                found.push((name, share, None));
+            }
+        }
     }
 
     /// Where along a Morton curve of directions (the sphere's square) a candidate is seen from `x`.
@@ -315,6 +335,7 @@ mod tests {
                     reach: [0.5 * to.length(), to.length()],
                     length: to.length(),
                     signature: 7,
+                    class: 7,
                     radius: 0.002,
                     flux: 1.0,
                     strength: 1.0,

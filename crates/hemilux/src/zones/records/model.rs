@@ -8,6 +8,7 @@
 
 use super::Record;
 use hemilux_scene::geom::{Frame, Vec3};
+use std::collections::HashMap;
 
 /// A ball that the ray to an image goes through.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +57,56 @@ pub(super) struct Signature {
     pub strength: f32,
 }
 
+/// Records from which on a signature shows the size of its patches.
+const SHOWN: usize = 8;
+
+/// Give the signatures of few records patches of the size that others of their class have.
+pub(super) fn fit_classes(signatures: &mut [Signature], groups: &[&mut [Record]]) {
+    let mut sizes: HashMap<u32, [Vec<f32>; 2]> = HashMap::new();
+    for (signature, group) in signatures.iter().zip(groups) {
+        if group.len() >= SHOWN {
+            let class = sizes.entry(group[0].class).or_default();
+            (0..2).for_each(|k| class[k].push(signature.places[k + 1].radius));
+        }
+    }
+    for class in sizes.values_mut().flatten() {
+        class.sort_by(f32::total_cmp);
+    }
+    for (signature, group) in signatures.iter_mut().zip(groups) {
+        let Some(class) = sizes.get(&group[0].class).filter(|_| group.len() < SHOWN) else { continue };
+        for k in 0..2 {
+            // The upper quartile; the centre of few points is uncertain by as much again over their root.
+            let typical = class[k][class[k].len() * 3 / 4] * (1.0 + 1.0 / (group.len() as f32).sqrt());
+            let n = group.len() as f32;
+            let centre = group.iter().map(|r| r.p + r.dir * r.reach[k]).sum::<Vec3>() / n;
+            let place = &mut signature.places[k + 1];
+            if typical < place.radius || !place.radius.is_finite() {
+                *place = Place { centre, radius: typical };
+            }
+        }
+    }
+}
+
 impl Signature {
+    /// Whether image and patches are known well enough to tell that the image is seen from somewhere within `radius` of
+    /// `x` on a surface that faces unit `n`.
+    pub fn is_visible_from(&self, x: Vec3, radius: f32, n: Vec3) -> bool {
+        let [image, last, before] = &self.places;
+        let window = if last.radius <= before.radius { last } else { before };
+        let (to_image, to_window) = (image.centre - x, window.centre - x);
+        let (far, near) = (to_image.length(), to_window.length());
+        // Beyond the window, and neither so wide that it could be anywhere.
+        if !(near > 4.0 * (window.radius + radius) && far > 4.0 * (image.radius + radius) && far > near) {
+            return false;
+        }
+        let to_window = to_window / near;
+        if to_window.dot(n) <= 0.0 {
+            return false;
+        }
+        let apart = (to_image / far - to_window).length();
+        apart < (window.radius + radius) / near + (image.radius + radius) / far
+    }
+
     pub fn fit(records: &[Record]) -> Signature {
         let n = records.len() as f32;
         Signature {
