@@ -132,7 +132,7 @@ pub fn gather(
 fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
     match cones.is_empty() {
         true => 0,
-        false => (cones.effective().ceil() as u32).clamp(plan.rays.div_ceil(4), plan.rays * 2).max(1),
+        false => (cones.effective().ceil() as u32).clamp(plan.rays.div_ceil(4), plan.rays * 4).max(1),
     }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! Invariant: [`Cones::sample`] has exactly [`Cones::density`].
 
-use super::model::Place;
+use super::model::{Place, Signature};
 use super::{Candidate, NONE, Records};
 use hemilux_scene::geom::{Frame, Vec3};
 
@@ -19,8 +19,10 @@ const BLOCKS: usize = MOST / LANES;
 /// No cone is wider than this (1 − cos): there an image is only guessed at.
 const WIDEST: f32 = 0.15;
 /// Share of the samples by flux of nearby records, and without regard to anything.
-const BY_FLUX: f32 = 0.15;
+const BY_FLUX: f32 = 0.25;
 const EVENLY: f32 = 0.1;
+/// An image counts as seen when this much of its radius, at least, is within the patch's rectangle or near it.
+const PARTLY: f32 = 0.7;
 /// An image seen past a patch of its chain counts this much.
 const BESIDE: f32 = 0.02;
 
@@ -85,8 +87,11 @@ impl Cones {
             (self.axis[0][k], self.axis[1][k], self.axis[2][k]) = (axis.x, axis.y, axis.z);
             self.height[k] = height;
             self.cumulative[k] = c.share;
-            let strength = records.signatures[c.signature as usize].strength;
-            expected[k] = strength * height * seen * cos.max(0.5 * sin2.sqrt());
+            let signature = &records.signatures[c.signature as usize];
+            // Where nobody knows what limits the image, its size says nothing.
+            let known = c.linear != NONE || signature.is_known();
+            let cos = cos.max(0.5 * sin2.sqrt());
+            expected[k] = if known { signature.strength * height * seen * cos } else { 0.0 };
             sum += expected[k];
             flux += c.share;
             self.count += 1;
@@ -200,10 +205,11 @@ impl Cones {
 }
 
 impl Records {
+
     /// The tightest cone of a candidate at `x`: axis, squared sine of the half-angle; and whether its image is expected to
     /// be seen, 0 to 1.
     fn cone(&self, c: &Candidate, x: Vec3) -> (Vec3, f32, f32) {
-        let places = &self.signatures[c.signature as usize].places;
+        let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
         let sin2 = places.map(|p| p.sin2(x));
         let (mut best, mut tightest) = (0, sin2[0]);
         for k in 1..3 {
@@ -222,9 +228,18 @@ impl Records {
         let mut seen = 1.0;
         for k in 0..3 {
             if k != best && sin2[k] < 0.5 {
-                // Both balls must lie on one ray.
-                let apart = (toward(&places[k]) - axis).length_squared();
-                if apart > (sin2[k].sqrt() + tightest.sqrt()).powi(2) {
+                let to = places[k].centre - x;
+                let missed = match (best, k) {
+                    // The ray to the image must go through the patch.
+                    (0, 1 | 2) if windows[k - 1].is_some() => {
+                        let along = to.dot(axis);
+                        let blur = PARTLY * places[0].radius * along / (places[0].centre - x).length();
+                        windows[k - 1].is_some_and(|w| !w.passes(axis * along - to, blur))
+                    }
+                    // Both balls must lie on one ray.
+                    _ => (to.normalize_or(axis) - axis).length_squared() > (sin2[k].sqrt() + tightest.sqrt()).powi(2),
+                };
+                if missed {
                     seen = BESIDE;
                 }
             }

@@ -48,11 +48,50 @@ impl Place {
     }
 }
 
+/// The rectangle that a patch fills, around the centre of its [`Place`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    /// Unit axes and half-lengths (m).
+    axes: [(Vec3, f32); 2],
+}
+
+impl Window {
+    /// The smallest rectangle, of a few turns, around `points` (relative to their mean) in the plane they spread over most.
+    fn fit(points: &[Vec3]) -> Option<Window> {
+        let longest = |f: &dyn Fn(Vec3) -> Vec3| {
+            points.iter().map(|p| f(*p)).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+        };
+        let a = longest(&|p| p)?.try_normalize()?;
+        let b = longest(&|p| p - a * a.dot(p))?.try_normalize()?;
+        let margin = 1.0 + 2.0 / points.len() as f32;
+        let turned = |i: u32| {
+            let (s, c) = (i as f32 * std::f32::consts::FRAC_PI_2 / TURNS as f32).sin_cos();
+            let axes = [a * c + b * s, b * c - a * s];
+            axes.map(|u| (u, margin * points.iter().map(|p| p.dot(u).abs()).fold(0.0, f32::max)))
+        };
+        (0..TURNS)
+            .map(turned)
+            .min_by(|x, y| (x[0].1 * x[1].1).total_cmp(&(y[0].1 * y[1].1)))
+            .map(|axes| Window { axes })
+    }
+
+    /// Whether a ray that passes the centre at `offset` goes through, give or take `blur` (m).
+    #[inline]
+    pub fn passes(&self, offset: Vec3, blur: f32) -> bool {
+        self.axes.iter().all(|(u, half)| u.dot(offset).abs() <= half + blur)
+    }
+}
+
+/// Turns that are tried for a window.
+const TURNS: u32 = 12;
+
 /// What the records of one signature have in common wherever they lie.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Signature {
     /// The image; then the last patch of the chain, and the one before as seen through it.
     pub places: [Place; 3],
+    /// The patches' rectangles, where there are records enough.
+    pub windows: [Option<Window>; 2],
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
 }
@@ -88,6 +127,11 @@ pub(super) fn fit_classes(signatures: &mut [Signature], groups: &[&mut [Record]]
 }
 
 impl Signature {
+    /// Whether it is known where the image is and what limits it.
+    pub fn is_known(&self) -> bool {
+        self.places.iter().all(|p| p.radius.is_finite())
+    }
+
     /// Whether image and patches are known well enough to tell that the image is seen from somewhere within `radius` of
     /// `x` on a surface that faces unit `n`.
     pub fn is_visible_from(&self, x: Vec3, radius: f32, n: Vec3) -> bool {
@@ -109,12 +153,15 @@ impl Signature {
 
     pub fn fit(records: &[Record]) -> Signature {
         let n = records.len() as f32;
+        let patches = [0, 1].map(|k: usize| Place::fit(records, |r| r.reach[k], None));
+        let window = |k: usize| {
+            let points: Vec<Vec3> =
+                records.iter().map(|r| r.p + r.dir * r.reach[k] - patches[k].centre).collect();
+            if records.len() >= SHOWN { Window::fit(&points) } else { None }
+        };
         Signature {
-            places: [
-                Place::fit(records, |r| r.length, Some(records[0].radius)),
-                Place::fit(records, |r| r.reach[0], None),
-                Place::fit(records, |r| r.reach[1], None),
-            ],
+            windows: [window(0), window(1)],
+            places: [Place::fit(records, |r| r.length, Some(records[0].radius)), patches[0], patches[1]],
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
         }
     }
