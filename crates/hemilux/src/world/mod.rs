@@ -7,6 +7,7 @@ pub mod camera;
 mod emitter_points;
 pub mod environment;
 pub mod luminaire;
+mod patch;
 pub mod surface;
 pub mod texture;
 
@@ -15,6 +16,7 @@ use hemilux_accel as accel;
 use hemilux_scene::geom::{DAffine3, Vec3};
 use hemilux_scene::{ConductorFresnel, Geometry, MaterialId, MaterialKind, Roughness, Scene, Shape};
 use luminaire::Luminaires;
+use patch::Patches;
 pub use surface::Surface;
 use texture::TexturePoint;
 
@@ -97,6 +99,8 @@ pub struct World {
     pub luminaires: Luminaires,
     /// Whether some surface lets rays pass at random or always.
     has_holes: bool,
+    /// Per group.
+    patches: Vec<Patches>,
     /// Reflectance of each shape of group 0 that is plain: see [`World::plain`].
     plain: Vec<Option<hemilux_scene::Rgb>>,
     /// Centre and radius of a ball around all geometry (m).
@@ -136,23 +140,24 @@ impl World {
             true => (Vec3::ZERO, 1.0),
         };
         let mut world =
-            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, plain: Vec::new(), bound };
+            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, patches: Vec::new(), plain: Vec::new(), bound };
         world.luminaires = Luminaires::new(&world);
+        let casts = |s: &Shape| !world.is_diffuse(s.material);
+        world.patches = world.groups.iter().map(|g| Patches::new(&world.scene, g, casts)).collect();
         world.plain = world.groups[0].shapes.iter().map(|s| world.plain_reflectance(s)).collect();
         world
     }
 
     /// Whether some surface reflects or refracts other than diffusely, so that virtual luminaires can exist.
     pub fn has_casters(&self) -> bool {
-        let diffuse = |id: MaterialId| {
-            matches!(
-                self.scene.materials[id.0 as usize].kind,
-                MaterialKind::Diffuse { .. }
-                    | MaterialKind::DiffuseTransmission { .. }
-                    | MaterialKind::Interface
-            )
-        };
-        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !diffuse(s.material))
+        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !self.is_diffuse(s.material))
+    }
+
+    fn is_diffuse(&self, id: MaterialId) -> bool {
+        matches!(
+            self.scene.materials[id.0 as usize].kind,
+            MaterialKind::Diffuse { .. } | MaterialKind::DiffuseTransmission { .. } | MaterialKind::Interface
+        )
     }
 
     /// Centre and radius (m) of a ball around all geometry.
@@ -265,26 +270,11 @@ impl World {
         key.uniform(0) >= alpha
     }
 
-    /// The smooth piece of surface that `s` lies on, for telling specular chains apart: the plane of a flat facet, or
-    /// the whole shape where normals vary smoothly.
+    /// The smooth piece of surface that `s` lies on, for telling specular chains apart.
     pub(crate) fn patch(&self, s: &Surface) -> u64 {
-        let shape = self.shape(s.group, s.shape);
-        let whole = (s.hit.instance as u64) << 32 | s.shape as u64;
-        let flat = match shape.geometry {
-            Geometry::Mesh(id) => self.scene.meshes[id.0 as usize].normals.is_empty(),
-            Geometry::Quadric(..) => false,
-        };
-        if !flat {
-            return whole;
-        }
-        let step = |v: f32, size: f32| (v / size).round() as i64 as u64;
-        let offset = s.ng.dot(s.p - self.bound.0);
-        hemiquad::points::Key::new(whole)
-            .with(step(s.ng.x, 1e-3))
-            .with(step(s.ng.y, 1e-3))
-            .with(step(s.ng.z, 1e-3))
-            .with(step(offset, 1e-3 * self.bound.1))
-            .bits64(0)
+        let within = s.hit.prim - self.groups[s.group as usize].first_prim[s.shape as usize];
+        let patch = self.patches[s.group as usize].of(s.shape, within);
+        hemiquad::points::Key::new((s.hit.instance as u64) << 32 | s.shape as u64).bits64(patch)
     }
 
     #[inline]
