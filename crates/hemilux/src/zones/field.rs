@@ -63,9 +63,9 @@ pub struct Field {
 }
 
 /// Arrivals in a leaf of the k-d tree at most.
-const LEAF: usize = 512;
+const LEAF: usize = 768;
 /// A leaf learns from a box this much of its size larger on every side.
-const DILATE: f32 = 0.5;
+const DILATE: f32 = 0.25;
 /// A quadrant with fewer arrivals is not cut.
 const FEWEST: usize = 12;
 /// Arrivals that every quad is taken to have had besides, evenly over its quadrants.

@@ -7,8 +7,8 @@
 //!
 //! Invariant: [`Cones::sample`] has exactly [`Cones::density`].
 
-use super::model::{Place, Signature};
-use super::{Candidate, NONE, Records};
+use super::model::Signature;
+use super::{Candidate, NONE, Records, UNGATED};
 use hemilux_scene::geom::{Frame, Vec3};
 
 /// Cones at most; the candidates with least flux are left out.
@@ -205,46 +205,37 @@ impl Cones {
 }
 
 impl Records {
-
-    /// The tightest cone of a candidate at `x`: axis, squared sine of the half-angle; and whether its image is expected to
-    /// be seen, 0 to 1.
+    /// The cone of a candidate at `x`: axis, squared sine of the half-angle; and whether its image is expected to be seen,
+    /// 0 to 1.
+    #[inline]
     fn cone(&self, c: &Candidate, x: Vec3) -> (Vec3, f32, f32) {
-        let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
-        let sin2 = places.map(|p| p.sin2(x));
-        let (mut best, mut tightest) = (0, sin2[0]);
-        for k in 1..3 {
-            if sin2[k] < tightest {
-                (best, tightest) = (k, sin2[k]);
-            }
-        }
-        let toward = |p: &Place| (p.centre - x).normalize_or(Vec3::Z);
         if c.linear != NONE {
             let linear = &self.linears[c.linear as usize];
-            if linear.sin2 < tightest {
-                return (linear.dir(x), linear.sin2, 1.0);
-            }
+            return (linear.dir(x), linear.sin2, 1.0);
         }
-        let axis = toward(&places[best]);
-        let mut seen = 1.0;
-        for k in 0..3 {
-            if k != best && sin2[k] < 0.5 {
-                let to = places[k].centre - x;
-                let missed = match (best, k) {
-                    // The ray to the image must go through the patch.
-                    (0, 1 | 2) if windows[k - 1].is_some() => {
-                        let along = to.dot(axis);
-                        let blur = PARTLY * places[0].radius * along / (places[0].centre - x).length();
-                        windows[k - 1].is_some_and(|w| !w.passes(axis * along - to, blur))
-                    }
-                    // Both balls must lie on one ray.
-                    _ => (to.normalize_or(axis) - axis).length_squared() > (sin2[k].sqrt() + tightest.sqrt()).powi(2),
-                };
-                if missed {
-                    seen = BESIDE;
-                }
-            }
+        let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
+        let best = &places[c.best as usize];
+        let to = best.centre - x;
+        let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
+        let axis = to * distance2.sqrt().recip();
+        let sin2 = (best.radius * best.radius / distance2).min(1.0);
+        if c.gate == UNGATED {
+            return (axis, sin2, 1.0);
         }
-        (axis, tightest, seen)
+        let gate = &places[c.gate as usize];
+        let to_gate = gate.centre - x;
+        let along = to_gate.dot(axis);
+        let offset = axis * along - to_gate;
+        let missed = match c.gate {
+            // The ray to the image must go through the patch.
+            1 | 2 if windows[c.gate as usize - 1].is_some() => {
+                let blur = PARTLY * best.radius * along / distance2.sqrt();
+                windows[c.gate as usize - 1].is_some_and(|w| !w.passes(offset, blur))
+            }
+            // Both balls must lie on one ray.
+            _ => offset.length_squared() > (gate.radius + sin2.sqrt() * along.abs()).powi(2),
+        };
+        (axis, sin2, if missed { BESIDE } else { 1.0 })
     }
 }
 

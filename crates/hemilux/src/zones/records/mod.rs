@@ -50,13 +50,18 @@ pub struct Record {
 struct Candidate {
     /// Index into the signatures.
     signature: u32,
-    /// Index of a regression, or [`NONE`].
+    /// Index of a regression where that is tightest, or [`NONE`].
     linear: u32,
+    /// Which place is tightest around the leaf.
+    best: u8,
+    /// Which other place tells whether the image is seen: [`UNGATED`] if none does.
+    gate: u8,
     /// Share of the neighbourhood's flux.
     share: f32,
 }
 
 const NONE: u32 = u32::MAX;
+const UNGATED: u8 = 3;
 
 enum Node {
     Split { axis: u8, at: f32, children: [u32; 2] },
@@ -133,8 +138,8 @@ struct Group<'a> {
     high: Vec3,
 }
 
-/// A finished leaf: signature, share, regression.
-type Found = Vec<(u32, f32, Option<Linear>)>;
+/// A finished leaf: candidates, and their regressions.
+type Found = Vec<(Candidate, Option<Linear>)>;
 
 impl Records {
     /// Group the records. The result depends on `records` and their order alone.
@@ -158,12 +163,12 @@ impl Records {
             .map_init(Vec::new, |near, i| this.leaf(&groups, i, near))
             .collect();
         for leaf in found {
-            for (signature, share, linear) in leaf {
-                let linear = linear.map_or(NONE, |l| {
-                    all.linears.push(l);
-                    all.linears.len() as u32 - 1
-                });
-                all.candidates.push(Candidate { signature, linear, share });
+            for (mut candidate, linear) in leaf {
+                if let Some(linear) = linear {
+                    candidate.linear = all.linears.len() as u32;
+                    all.linears.push(linear);
+                }
+                all.candidates.push(candidate);
             }
             all.first.push(all.candidates.len() as u32);
         }
@@ -217,64 +222,91 @@ impl Records {
         }
     }
 
-    /// What matters in leaf `i`: every signature recorded in it or around it. `near` is scratch space.
-    fn leaf(&self, groups: &[Group], i: usize, near: &mut Vec<Record>) -> Found {
+    /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it.
+    /// `near` is scratch space.
+    fn leaf(&self, groups: &[Group], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Found {
         let Group { members, low, high } = groups[i];
         let margin = Vec3::splat(DILATE * (high - low).max_element());
         let (wide_low, wide_high) = (low - margin, high + margin);
         let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
         near.clear();
         self.visit(self.roots[facing(members[0].n)], wide_low, wide_high, &mut |leaf| {
-            let inside = |r: &&Record| within(r.p, wide_low, wide_high);
-            near.extend(groups[leaf as usize].members.iter().filter(inside));
+            for (k, r) in groups[leaf as usize].members.iter().enumerate() {
+                if within(r.p, wide_low, wide_high) {
+                    near.push((r.signature, leaf, k as u32));
+                }
+            }
         });
-        // The whole key: equal signatures in an order that does not depend on how the tree was cut.
-        near.sort_unstable_by_key(|r| (r.signature, r.p.x.to_bits(), r.p.y.to_bits(), r.p.z.to_bits()));
+        near.sort_unstable();
+        let record = |at: &(u32, u32, u32)| &groups[at.1 as usize].members[at.2 as usize];
         let centre = (low + high) * 0.5;
         let mut found: Found = Vec::new();
-        for group in near.chunk_by(|a, b| a.signature == b.signature) {
+        let mut group: Vec<Record> = Vec::new();
+        for names in near.chunk_by(|a, b| a.0 == b.0) {
             let weight = |r: &Record| r.flux * if within(r.p, low, high) { 1.0 } else { OUTSIDE };
-            let share: f32 = group.iter().map(weight).sum();
-            let name = group[0].signature;
-            let place = self.signatures[name as usize].places.iter().map(|p| p.sin2(centre)).fold(1.0, f32::min);
-            let seen = group[0].radius / group[0].length;
+            let share: f32 = names.iter().map(|at| weight(record(at))).sum();
+            let mut candidate = self.candidate(names[0].0, share, centre);
+            let place = self.signatures[names[0].0 as usize].places[candidate.best as usize].sin2(centre);
+            let first = record(&names[0]);
+            let seen = first.radius / first.length;
+            let mut linear = None;
             // No regression where a fixed place says as much.
-            let worth = place > 2.5 * seen * seen;
-            let linear = if worth { Linear::fit(group).filter(|l| l.sin2 < 0.7 * place) } else { None };
-            found.push((name, share, linear));
+            if place > 2.5 * seen * seen {
+                group.clear();
+                group.extend(names.iter().map(record));
+                linear = Linear::fit(&group).filter(|l| l.sin2 < 0.7 * place);
+                if linear.is_some() {
+                    candidate.gate = UNGATED;
+                }
+            }
+            found.push((candidate, linear));
         }
         self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
-        found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
+        found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
         found.truncate(MOST);
-        let total: f32 = found.iter().map(|f| f.1).sum();
-        found.iter_mut().for_each(|f| f.1 /= total.max(f32::MIN_POSITIVE));
+        let total: f32 = found.iter().map(|f| f.0.share).sum();
+        found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
         // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
-        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0));
+        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0.signature));
         found
+    }
+
+    /// A signature as seen from a leaf around `centre`.
+    fn candidate(&self, signature: u32, share: f32, centre: Vec3) -> Candidate {
+        let places = &self.signatures[signature as usize].places;
+        let sin2 = places.map(|p| p.sin2(centre));
+        let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
+        // Seen at the image: through the smaller patch. Seen at a patch: towards the image.
+        let gate = match best {
+            0 => if places[1].radius <= places[2].radius { 1 } else { 2 },
+            _ => 0,
+        };
+        let gate = if sin2[gate] < 0.5 { gate as u8 } else { UNGATED };
+        Candidate { signature, linear: NONE, best: best as u8, gate, share }
     }
 
     /// Add the signatures that the places of their images and patches make visible from around `centre`.
     fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3) {
-        let share = UNRECORDED * found.iter().map(|f| f.1).sum::<f32>() / found.len().max(1) as f32;
+        let share = UNRECORDED * found.iter().map(|f| f.0.share).sum::<f32>() / found.len().max(1) as f32;
         let recorded = found.len();
         for (name, signature) in self.signatures.iter().enumerate() {
             let name = name as u32;
             if signature.is_visible_from(centre, radius, n)
-                && found[..recorded].binary_search_by_key(&name, |f| f.0).is_err()
+                && found[..recorded].binary_search_by_key(&name, |f| f.0.signature).is_err()
             {
-                found.push((name, share, None));
+                found.push((self.candidate(name, share, centre), None));
             }
         }
     }
 
     /// Where along a Morton curve of directions (the sphere's square) a candidate is seen from `x`.
-    fn direction_code(&self, f: &(u32, f32, Option<Linear>), x: Vec3) -> u32 {
-        let d = match &f.2 {
+    fn direction_code(&self, f: &(Candidate, Option<Linear>), x: Vec3) -> u32 {
+        let d = match &f.1 {
             Some(linear) => linear.dir(x),
             None => {
-                let places = &self.signatures[f.0 as usize].places;
-                let tightest = places.iter().min_by(|a, b| a.sin2(x).total_cmp(&b.sin2(x)));
-                tightest.map_or(Vec3::Z, |p| (p.centre - x).normalize_or(Vec3::Z))
+                let place = self.signatures[f.0.signature as usize].places[f.0.best as usize];
+                (place.centre - x).normalize_or(Vec3::Z)
             }
         };
         let uv: Uv<f32> = Sphere.uv(Dir::from_unit(d.x, d.y, d.z)).unwrap_or_default();
