@@ -67,8 +67,12 @@ struct Broad<'a> {
     prediction: Option<Prediction<'a>>,
 }
 
-/// Share of a diffuse lobe's rays that follows the prediction; the rest is the defence against a wrong one.
-const GUIDED: f32 = 0.7;
+/// Share of a diffuse lobe's rays that is not left to the prediction where that covers another hemisphere; where it covers
+/// the same, its even part is defence enough.
+const OWN: f32 = 0.3;
+
+/// Cosine between normals whose hemispheres count as one.
+const SAME_HEMISPHERE: f32 = 0.9999;
 
 impl<'a> Broad<'a> {
     fn new(walker: &Walker<'a>, s: &Surface, bsdf: &Bsdf, wo: Vec3, rays: u32) -> Broad<'a> {
@@ -85,12 +89,13 @@ impl<'a> Broad<'a> {
         let Some(zones) = walker.zones else { return broad };
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
         broad.prediction = zones.field().near(s.p, n);
-        if broad.prediction.is_some() {
+        if let Some(prediction) = &broad.prediction {
+            let same = prediction.normal().dot(if s.is_front(s.wo) { s.frame.n } else { -s.frame.n }) > SAME_HEMISPHERE;
+            let kept = |n: u32| if same { 1 } else { ((n as f32 * OWN) as u32).max(1) };
             for (k, l) in bsdf.lobes().iter().enumerate() {
                 if l.kind() == LobeClass::Diffuse && !l.is_transmissive() && broad.own[k] > 1 {
-                    let guided = ((broad.own[k] as f32 * GUIDED) as u32).min(broad.own[k] - 1);
-                    broad.guided += guided;
-                    broad.own[k] -= guided;
+                    broad.guided += broad.own[k] - kept(broad.own[k]);
+                    broad.own[k] = kept(broad.own[k]);
                 }
             }
         }
