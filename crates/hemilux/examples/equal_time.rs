@@ -72,7 +72,6 @@ fn main() -> Result<(), Failure> {
         let zone_options = ZoneOptions {
             budget: option("budget", "60000").parse()?,
             particles: option("particles", "100000000").parse()?,
-            refine: option("refine", "4").parse()?,
             seed: 0,
         };
         let stop_particles = start + Duration::from_secs_f64(seconds * share);

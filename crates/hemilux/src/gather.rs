@@ -90,7 +90,8 @@ impl<'a> Broad<'a> {
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
         broad.prediction = zones.field().near(s.p, n);
         if let Some(prediction) = &broad.prediction {
-            let same = prediction.normal().dot(if s.is_front(s.wo) { s.frame.n } else { -s.frame.n }) > SAME_HEMISPHERE;
+            let same = prediction.normal().dot(if s.is_front(s.wo) { s.frame.n } else { -s.frame.n })
+                > SAME_HEMISPHERE;
             let kept = |n: u32| if same { 1 } else { ((n as f32 * OWN) as u32).max(1) };
             for (k, l) in bsdf.lobes().iter().enumerate() {
                 if l.kind() == LobeClass::Diffuse && !l.is_transmissive() && broad.own[k] > 1 {
@@ -223,7 +224,7 @@ impl Point<'_> {
         }
         let samples = self.plan.shadow_rays as f32;
         let arrival = Arrival::Shared { from: self.s.p, rays: density, samples };
-        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, chain: 1.0 };
+        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1 };
         f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
     }
 
@@ -249,7 +250,7 @@ impl Point<'_> {
             }
             // What no ray meets is all the shadow rays'.
             if l.met_by_rays {
-                f = f * power_heuristic(m as f32 * l.pdf_solid_angle, self.density(l.wi, wi));
+                f *= power_heuristic(m as f32 * l.pdf_solid_angle, self.density(l.wi, wi));
             }
             tally.rays += 1;
             if !l.is_occluded(world, s) {

@@ -217,7 +217,7 @@ impl<'a> Sense<'a> {
             let value = match self.options.receiver {
                 Receiver::Irradiance => irradiance(&walker, p, n, &PLAN, &mut sampler, &mut tally),
                 Receiver::Radiance => {
-                    let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+                    let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0 };
                     walker.field_radiance(start, &mut sampler, &mut tally)
                 }
             };

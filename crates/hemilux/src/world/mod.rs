@@ -139,8 +139,17 @@ impl World {
             false => ((box_.min + box_.max) * 0.5, (box_.max - box_.min).length() * 0.5),
             true => (Vec3::ZERO, 1.0),
         };
-        let mut world =
-            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, patches: Vec::new(), plain: Vec::new(), bound };
+        let mut world = World {
+            scene,
+            accel,
+            groups,
+            placements,
+            luminaires: Luminaires::default(),
+            has_holes,
+            patches: Vec::new(),
+            plain: Vec::new(),
+            bound,
+        };
         world.luminaires = Luminaires::new(&world);
         let casts = |s: &Shape| !world.is_diffuse(s.material);
         world.patches = world.groups.iter().map(|g| Patches::new(&world.scene, g, casts)).collect();
@@ -235,8 +244,8 @@ impl World {
         let shape = &group.shapes[index];
         let Geometry::Mesh(id) = shape.geometry else { return None };
         let mesh = &self.scene.meshes[id.0 as usize];
-        let [a, b, c] = mesh.indices[(hit.prim - group.first_prim[index]) as usize]
-            .map(|i| mesh.positions[i as usize]);
+        let [a, b, c] =
+            mesh.indices[(hit.prim - group.first_prim[index]) as usize].map(|i| mesh.positions[i as usize]);
         let against = (b - a).cross(c - a).dot(dir) < 0.0;
         Some((reflectance, against ^ shape.reverse_orientation ^ shape.flips_handedness))
     }

@@ -37,7 +37,11 @@ const SLICES: usize = 8;
 #[derive(Clone, Copy, Debug)]
 enum Node {
     /// Halved across a dimension; probability of the lower half.
-    Cut { dimension: u8, low: f32, children: [u32; 2] },
+    Cut {
+        dimension: u8,
+        low: f32,
+        children: [u32; 2],
+    },
     Box,
 }
 

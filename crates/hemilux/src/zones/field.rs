@@ -105,9 +105,7 @@ impl Field {
                 let (low, high) = groups[i].dilated();
                 let side = facing(groups[i].members[0].n);
                 all.visit(all.roots[side], low, high, &mut |leaf| {
-                    let inside = |i: &&Incidence| {
-                        i.p.cmpge(low).all() && i.p.cmple(high).all()
-                    };
+                    let inside = |i: &&Incidence| i.p.cmpge(low).all() && i.p.cmple(high).all();
                     near.extend(groups[leaf as usize].members.iter().filter(inside).copied());
                 });
                 Leaf::new(near)
@@ -230,7 +228,7 @@ impl Leaf {
                 Some((morton(q(uv.u), q(uv.v)), i.flux))
             })
             .collect();
-        codes.sort_unstable_by(|a, b| (a.0, a.1.to_bits()).cmp(&(b.0, b.1.to_bits())));
+        codes.sort_unstable_by_key(|c| (c.0, c.1.to_bits()));
         let total: f32 = codes.iter().map(|c| c.1).sum();
         let mut quads = Vec::new();
         cut(&codes, 0, total, &mut quads);

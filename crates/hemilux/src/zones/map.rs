@@ -50,65 +50,6 @@ pub struct ZoneMap {
     target: f32,
 }
 
-/// A piece of a primitive.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
-    instance: u32,
-    prim: u32,
-    /// Number within the primitive.
-    index: u32,
-    rows: u16,
-    columns: u16,
-    triangle: bool,
-    /// m².
-    area: f32,
-}
-
-impl Cell {
-    /// The hit at a point of the cell, uniform over a triangle's, over the parameters of a quadric's.
-    fn point(&self, [a, b]: [f32; 2]) -> hemilux_accel::Hit {
-        let (u, v) = if self.triangle {
-            let strip = (self.index as f32).sqrt() as u32;
-            // The root of a large square may round up.
-            let strip = if strip * strip > self.index { strip - 1 } else { strip };
-            let (j, upper) = ((self.index - strip * strip) / 2, (self.index - strip * strip) % 2 == 1);
-            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
-            let (x, y) = match upper {
-                false => ((strip - j) as f32 + a, j as f32 + b),
-                true => ((strip - j) as f32 - a, (j + 1) as f32 - b),
-            };
-            (x / self.rows as f32, y / self.rows as f32)
-        } else {
-            let columns = self.columns as u32;
-            let (i, j) = (self.index % columns, self.index / columns);
-            ((i as f32 + a) / self.columns as f32, (j as f32 + b) / self.rows as f32)
-        };
-        hemilux_accel::Hit { t: 0.0, u, v, prim: self.prim, instance: self.instance }
-    }
-}
-
-/// The cells of each zone.
-pub(crate) struct CellsByZone {
-    /// First cell of each zone, and one past the last.
-    first: Vec<u32>,
-    cells: Vec<Cell>,
-}
-
-impl CellsByZone {
-    /// A point of `zone`, uniform over its area as far as quadrics' parameters are, from `pick` and `at` in [0, 1).
-    pub(crate) fn point(&self, zone: usize, pick: f32, at: [f32; 2]) -> Option<hemilux_accel::Hit> {
-        let cells = &self.cells[self.first[zone] as usize..self.first[zone + 1] as usize];
-        let mut left = pick * cells.iter().map(|c| c.area).sum::<f32>();
-        for cell in cells {
-            if left < cell.area {
-                return Some(cell.point(at));
-            }
-            left -= cell.area;
-        }
-        cells.last().map(|c| c.point(at))
-    }
-}
-
 /// No scene is cut into more cells than this many times its zone budget (or 4 million).
 const CELLS_PER_ZONE: usize = 8;
 const MOST_CELLS: usize = 1 << 22;
@@ -201,50 +142,18 @@ impl ZoneMap {
 
     /// [`ZoneMap::locate`] for a hit on a triangle of the world's own, met on its front or back.
     #[inline]
-    pub(crate) fn locate_triangle(&self, hit: &hemilux_accel::Hit, front: bool, jitter: [f32; 2]) -> ZonePlace {
+    pub(crate) fn locate_triangle(
+        &self,
+        hit: &hemilux_accel::Hit,
+        front: bool,
+        jitter: [f32; 2],
+    ) -> ZonePlace {
         let cut = self.cuts[hit.prim as usize];
         let zone = match cut.rows {
             0 => cut.first,
             k => self.cells[(cut.first + triangle_cell(k, hit.u, hit.v, jitter)) as usize],
         };
         ZonePlace { zone, side: !front as u32, radius: self.radii[zone as usize] }
-    }
-
-    /// Number of cells, whole primitives counted as one.
-    pub(crate) fn cell_count(&self) -> usize {
-        self.cells.len() + self.cuts.len()
-    }
-
-    /// The cells of each zone.
-    pub(crate) fn cells_by_zone(&self, world: &World) -> CellsByZone {
-        let mut all: Vec<(u32, Cell)> = Vec::with_capacity(self.cell_count());
-        for_each_occurrence(world, |occurrence, group, to_world| {
-            let base = self.occurrence[occurrence] as usize;
-            let g = &world.groups[group];
-            for (prim, cut) in self.cuts[base..base + g.prims() as usize].iter().enumerate() {
-                let instance = if occurrence == 0 { NO_INSTANCE } else { occurrence as u32 - 1 };
-                let shape = &g.shapes[g.prim_shape[prim] as usize];
-                let triangle = matches!(shape.geometry, Geometry::Mesh(_));
-                for_each_piece(world, group, to_world, prim as u32, cut.rows, cut.columns, |index, piece| {
-                    let zone = match cut.rows {
-                        0 => cut.first,
-                        _ => self.cells[(cut.first + index) as usize],
-                    };
-                    let (prim, area) = (prim as u32, piece.area as f32);
-                    let [rows, columns] = [cut.rows.max(1), cut.columns.max(1)];
-                    all.push((zone, Cell { instance, prim, index, rows, columns, triangle, area }));
-                });
-            }
-        });
-        all.sort_by_key(|c| c.0);
-        let mut first = vec![0u32; self.areas.len() + 1];
-        for (zone, _) in &all {
-            first[*zone as usize + 1] += 1;
-        }
-        for i in 1..first.len() {
-            first[i] += first[i - 1];
-        }
-        CellsByZone { first, cells: all.into_iter().map(|c| c.1).collect() }
     }
 
     /// Every cell as a polygon (3 or 4 corners, world) with its zone: for drawing. Whole primitives are one cell.
@@ -573,24 +482,6 @@ mod tests {
             });
             assert!(seen.iter().all(|&n| n == 1), "{k}: {seen:?}");
             assert!((area - 0.5).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn points_of_a_cell_lie_in_it() {
-        for k in [1u16, 2, 3, 7, 300] {
-            for index in (0..k as u32 * k as u32).step_by(1 + k as usize / 10) {
-                let cell =
-                    Cell { instance: 0, prim: 0, index, rows: k, columns: 1, triangle: true, area: 1.0 };
-                for (a, b) in [(0.1, 0.2), (0.9, 0.05), (0.7, 0.8), (0.3, 0.6)] {
-                    let hit = cell.point([a, b]);
-                    assert_eq!(triangle_cell(k, hit.u, hit.v, [0.5, 0.5]), index, "k = {k}, {a}, {b}");
-                }
-                let index = index % (5 * k as u32);
-                let cell = Cell { triangle: false, columns: 5, index, ..cell };
-                let hit = cell.point([0.3, 0.9]);
-                assert_eq!(grid_cell(k, 5, hit.u, hit.v, [0.5, 0.5]), index);
-            }
         }
     }
 

@@ -12,12 +12,11 @@ pub mod map;
 pub mod mesh;
 pub mod particles;
 pub mod records;
-pub mod refine;
 pub mod sight;
 
 use crate::bsdf::Bsdf;
-use field::Field;
 use crate::world::{Surface, World};
+use field::Field;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 pub use map::{ZoneMap, ZonePlace};
@@ -33,15 +32,13 @@ pub struct ZoneOptions {
     pub budget: u32,
     /// Particles to trace.
     pub particles: u64,
-    /// Gathers at each zone side over what the particles found ([`refine`]); 0 keeps the particles' own irradiance.
-    pub refine: u32,
     /// Seed of the particles.
     pub seed: u64,
 }
 
 impl Default for ZoneOptions {
     fn default() -> Self {
-        ZoneOptions { budget: 60_000, particles: 1 << 21, refine: 4, seed: 0 }
+        ZoneOptions { budget: 60_000, particles: 1 << 21, seed: 0 }
     }
 }
 
@@ -74,15 +71,10 @@ impl Zones {
     /// The same, but no further once `stop` (given the particles so far) says so.
     pub fn solve_until(world: &World, options: &ZoneOptions, stop: impl FnMut(u64) -> bool) -> Zones {
         let map = ZoneMap::new(world, options.budget);
-        let mut deposits = Deposits::new(map.len(), world.luminaires.power(), Some(sight::Sight::of_camera(world)));
+        let mut deposits =
+            Deposits::new(map.len(), world.luminaires.power(), Some(sight::Sight::of_camera(world)));
         deposits.trace(world, &map, options.seed, options.particles, stop);
-        let mut zones = Zones::finish(map, deposits);
-        let mut refinement = refine::Refinement::new(world, &zones, options.seed);
-        for _ in 0..options.refine {
-            refinement.round(world, &zones);
-        }
-        refinement.apply(&mut zones);
-        zones
+        Zones::finish(map, deposits)
     }
 
     fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {

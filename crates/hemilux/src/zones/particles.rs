@@ -252,7 +252,9 @@ impl Deposits {
         let n = self.particles.max(1) as f64;
         let flux = |side: usize| {
             let bins = [Bin::Direct, Bin::Caustic, Bin::Indirect].map(|b| self.flux(side, b));
-            (0..3).map(|c| [0.2126, 0.7152, 0.0722][c] * bins.iter().map(|b| b[c]).sum::<f64>() / n).sum::<f64>()
+            (0..3)
+                .map(|c| [0.2126, 0.7152, 0.0722][c] * bins.iter().map(|b| b[c]).sum::<f64>() / n)
+                .sum::<f64>()
         };
         let all: Vec<(f64, f64)> =
             (0..map.len() * 2).map(|side| (flux(side), map.areas()[side / 2] as f64)).collect();
@@ -457,7 +459,11 @@ impl Finds {
 /// Part of the radiance that a specular interface sends the way a particle took.
 fn kept_by(bsdf: &Bsdf, wo: Vec3, transmitted: bool) -> f32 {
     let branches = bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Flux)).flatten();
-    branches.filter(|b| (b.wi.z * wo.z < 0.0) == transmitted).map(|b| b.weight.luminance()).sum::<f32>().min(1.0)
+    branches
+        .filter(|b| (b.wi.z * wo.z < 0.0) == transmitted)
+        .map(|b| b.weight.luminance())
+        .sum::<f32>()
+        .min(1.0)
 }
 
 #[inline]

@@ -106,8 +106,8 @@ impl Cones {
         let by_expectation = if sum > 0.0 { (1.0 - BY_FLUX - EVENLY) / sum } else { 0.0 };
         let even = (if sum > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.count as f32;
         let (mut cumulative, mut squares) = (0.0, 0.0);
-        for k in 0..self.count {
-            let share = by_expectation * expected[k] + by_flux * self.cumulative[k] + even;
+        for (k, expected) in expected[..self.count].iter().enumerate() {
+            let share = by_expectation * expected + by_flux * self.cumulative[k] + even;
             cumulative += share;
             squares += share * share;
             self.cumulative[k] = cumulative;

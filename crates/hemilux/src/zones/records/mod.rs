@@ -178,11 +178,13 @@ impl Records {
     /// Replace each record's signature by its index, and fit what each signature's records have in common.
     fn name_signatures(&mut self, records: &mut [Record]) {
         records.par_sort_by_key(|r| r.signature);
-        let groups: Vec<&mut [Record]> =
-            records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
+        let groups: Vec<&mut [Record]> = records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
         self.signatures = groups.par_iter().map(|g| Signature::fit(g)).collect();
         model::fit_classes(&mut self.signatures, &groups);
-        groups.into_par_iter().enumerate().for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
+        groups
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
     }
 
     fn split<'a>(&mut self, here: &'a mut [Record], groups: &mut Vec<Group<'a>>) -> u32 {
@@ -192,7 +194,8 @@ impl Records {
         }
         let extent = high - low;
         let axis = extent.max_position();
-        let small = here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here);
+        let small =
+            here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here);
         if small || extent[axis] <= 0.0 {
             groups.push(Group { members: here, low, high });
             self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
@@ -279,7 +282,13 @@ impl Records {
         let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
         // Seen at the image: through the smaller patch. Seen at a patch: towards the image.
         let gate = match best {
-            0 => if places[1].radius <= places[2].radius { 1 } else { 2 },
+            0 => {
+                if places[1].radius <= places[2].radius {
+                    1
+                } else {
+                    2
+                }
+            }
             _ => 0,
         };
         let gate = if sin2[gate] < 0.5 { gate as u8 } else { UNGATED };
