@@ -11,6 +11,7 @@
 //!
 //! Invariants: the density integrates to 1 over the square; [`Prediction::sample`] and [`Prediction::pdf_solid_angle`] agree.
 
+use super::wire::{Node, is_tree, wire};
 use hemilux_scene::geom::{Frame, Vec3};
 use hemiquad::map::{Cosine, Dir, Map, Uv};
 use rayon::prelude::*;
@@ -46,12 +47,6 @@ struct Leaf {
     root: u32,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Node {
-    Split { axis: u8, at: f32, children: [u32; 2] },
-    Leaf(u32),
-}
-
 /// The prediction of a whole scene.
 #[derive(Clone, Debug)]
 pub struct Field {
@@ -76,6 +71,10 @@ const EVEN: f32 = 0.3;
 const FAINTEST: f32 = 1.0 / 512.0;
 /// Bits of the Morton code per axis: cells of 1/1024, about 2 mrad.
 const BITS: u32 = 10;
+
+wire!(Quad { share, child });
+wire!(Leaf { frame, root });
+wire!(Field { nodes, roots, leaves, quads });
 
 impl Default for Field {
     fn default() -> Self {
@@ -157,6 +156,18 @@ impl Field {
         let children = [self.split(left, groups), self.split(right, groups)];
         self.nodes.push(Node::Split { axis: axis as u8, at, children });
         self.nodes.len() as u32 - 1
+    }
+
+    /// Whether every look-up ends and stays within its lists.
+    pub(super) fn is_sound(&self) -> bool {
+        let quads = self.quads.len();
+        is_tree(&self.nodes, &self.roots, self.leaves.len())
+            && self.leaves.iter().all(|l| (l.root as usize) < quads)
+            && self
+                .quads
+                .iter()
+                .enumerate()
+                .all(|(i, q)| q.child.iter().all(|c| *c == 0 || ((*c as usize) > i && (*c as usize) < quads)))
     }
 
     /// Number of neighbourhoods.

@@ -13,6 +13,7 @@ pub mod mesh;
 pub mod particles;
 pub mod records;
 pub mod sight;
+mod wire;
 
 use crate::bsdf::Bsdf;
 use crate::world::{Surface, World};

@@ -15,6 +15,7 @@ mod model;
 pub use cones::{Cones, MOST};
 
 use super::field::{facing, morton};
+use super::wire::{Node, is_tree, wire};
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
@@ -63,11 +64,6 @@ struct Candidate {
 const NONE: u32 = u32::MAX;
 const UNGATED: u8 = 3;
 
-enum Node {
-    Split { axis: u8, at: f32, children: [u32; 2] },
-    Leaf(u32),
-}
-
 /// All candidates, found by place and facing.
 pub struct Records {
     nodes: Vec<Node>,
@@ -78,7 +74,7 @@ pub struct Records {
     candidates: Vec<Candidate>,
     signatures: Vec<Signature>,
     linears: Vec<Linear>,
-    records: usize,
+    records: u64,
 }
 
 impl std::fmt::Debug for Records {
@@ -108,6 +104,9 @@ pub const LARGE: f32 = 0.15;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
+
+wire!(Candidate { signature, linear, best, gate, share });
+wire!(Records { nodes, roots, first, candidates, signatures, linears, records });
 
 impl Default for Records {
     fn default() -> Self {
@@ -144,7 +143,7 @@ type Found = Vec<(Candidate, Option<Linear>)>;
 impl Records {
     /// Group the records. The result depends on `records` and their order alone.
     pub fn new(mut records: Vec<Record>) -> Records {
-        let mut all = Records { records: records.len(), ..Records::default() };
+        let mut all = Records { records: records.len() as u64, ..Records::default() };
         all.name_signatures(&mut records);
         records.sort_by_key(|r| facing(r.n));
         let mut rest = records.as_mut_slice();
@@ -323,8 +322,23 @@ impl Records {
         morton(q(uv.u), q(uv.v))
     }
 
+    /// Whether every look-up ends and stays within its lists.
+    pub(super) fn is_sound(&self) -> bool {
+        let known = |c: &Candidate| {
+            (c.signature as usize) < self.signatures.len()
+                && (c.linear == NONE || (c.linear as usize) < self.linears.len())
+                && c.best < 3
+                && c.gate <= UNGATED
+        };
+        !self.first.is_empty()
+            && is_tree(&self.nodes, &self.roots, self.first.len() - 1)
+            && self.first.is_sorted()
+            && self.first.last().is_some_and(|l| *l as usize == self.candidates.len())
+            && self.candidates.iter().all(known)
+    }
+
     /// Number of records behind the candidates.
-    pub fn len(&self) -> usize {
+    pub fn len(&self) -> u64 {
         self.records
     }
 

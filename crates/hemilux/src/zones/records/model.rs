@@ -7,6 +7,7 @@
 //! position instead ([`Linear`]): the slope is the curvature of the wave front, learnt instead of computed.
 
 use super::Record;
+use crate::zones::wire::wire;
 use hemilux_scene::geom::{Frame, Vec3};
 use std::collections::HashMap;
 
@@ -18,6 +19,11 @@ pub(super) struct Place {
     /// m; infinite where nothing is known.
     pub radius: f32,
 }
+
+wire!(Place { centre, radius });
+wire!(Window { axes });
+wire!(Signature { places, windows, strength });
+wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
     const ANYWHERE: Place = Place { centre: Vec3::ZERO, radius: f32::INFINITY };
