@@ -12,6 +12,7 @@ use crate::bsdf::{Bsdf, BsdfSample, LobeClass, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
+use crate::world::luminaire::Receiver;
 use crate::zones::records::{Cone, MOST};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -96,8 +97,9 @@ pub fn gather(
     let wo = s.frame.to_local(s.wo);
     let shares = Shares::new(bsdf, wo, plan.rays);
     let cones = Cones::new(walker, s, plan);
+    let at = Receiver::surface(s, bsdf);
     let mut radiance = virtual_luminaires(walker, s, bsdf, wo, &shares, &cones, plan, sampler, tally);
-    radiance += shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, tally);
+    radiance += shadow_rays(walker, s, &at, bsdf, wo, &shares, plan, sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
         let n = shares.rays[k];
         if n == 0 {
@@ -108,7 +110,7 @@ pub fn gather(
         for i in 0..n {
             let Some(sample) = lobe.sample(wo, points.point(i), Quantity::Radiance) else { continue };
             let mut branch = sampler.branch(i);
-            sum += gather_ray(walker, s, &sample, n, &cones, plan.shadow_rays, &mut branch, tally);
+            sum += gather_ray(walker, s, &at, &sample, n, &cones, plan.shadow_rays, &mut branch, tally);
         }
         radiance += sum * (1.0 / n as f32);
     }
@@ -119,6 +121,7 @@ pub fn gather(
 fn gather_ray(
     walker: &Walker,
     s: &Surface,
+    at: &Receiver,
     sample: &BsdfSample,
     n: u32,
     cones: &Cones,
@@ -130,7 +133,7 @@ fn gather_ray(
     if s.is_front(wi) != (sample.wi.z > 0.0) || sample.weight.is_black() {
         return Rgb::BLACK;
     }
-    let arrival = Arrival::Shared { from: s.p, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
+    let arrival = Arrival::Shared { from: *at, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
     let other = cones.rays as f32 * cones.density(wi);
     let chain = power_heuristic(n as f32 * sample.pdf, other);
     let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1, chain };
@@ -237,6 +240,7 @@ fn virtual_luminaires(
 fn shadow_rays(
     walker: &Walker,
     s: &Surface,
+    at: &Receiver,
     bsdf: &Bsdf,
     wo: Vec3,
     shares: &Shares,
@@ -252,7 +256,7 @@ fn shadow_rays(
         let u_pick = (i as f32 + shift) / m as f32;
         // Stride through the points so that each luminaire sees them well spread.
         let u = points.point(i);
-        let Some(l) = walker.world.luminaires.sample(&walker.world.scene, s.p, u_pick, u) else { continue };
+        let Some(l) = walker.world.luminaires.sample(&walker.world.scene, at, u_pick, u) else { continue };
         let wi = s.frame.to_local(l.wi);
         if s.is_front(l.wi) != (wi.z > 0.0) {
             continue;
