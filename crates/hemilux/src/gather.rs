@@ -12,6 +12,7 @@ use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
+use crate::world::luminaire::Receiver;
 use crate::zones::field::Prediction;
 use crate::zones::records::Cones;
 use hemilux_scene::Rgb;
@@ -123,7 +124,8 @@ pub fn gather(
         _ => Cones::none(),
     };
     let cone_rays = cone_rays(&cones, plan);
-    let at = Point { walker, s, bsdf, wo, broad: &broad, cones: &cones, cone_rays, plan };
+    let receiver = Receiver::surface(s, bsdf);
+    let at = Point { walker, s, receiver, bsdf, wo, broad: &broad, cones: &cones, cone_rays, plan };
     let mut radiance = at.by_cones(sampler, tally);
     radiance += at.by_shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
@@ -146,6 +148,7 @@ fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
 struct Point<'a> {
     walker: &'a Walker<'a>,
     s: &'a Surface,
+    receiver: Receiver,
     bsdf: &'a Bsdf,
     wo: Vec3,
     broad: &'a Broad<'a>,
@@ -223,7 +226,7 @@ impl Point<'_> {
             return Rgb::BLACK;
         }
         let samples = self.plan.shadow_rays as f32;
-        let arrival = Arrival::Shared { from: self.s.p, rays: density, samples };
+        let arrival = Arrival::Shared { from: self.receiver, rays: density, samples };
         let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1 };
         f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
     }
@@ -239,7 +242,7 @@ impl Point<'_> {
             let u_pick = (i as f32 + shift) / m as f32;
             // Stride through the points so that each luminaire sees them well spread.
             let u = points.point(i);
-            let Some(l) = world.luminaires.sample(&world.scene, s.p, u_pick, u) else { continue };
+            let Some(l) = world.luminaires.sample(&world.scene, &self.receiver, u_pick, u) else { continue };
             let wi = s.frame.to_local(l.wi);
             if s.is_front(l.wi) != (wi.z > 0.0) {
                 continue;

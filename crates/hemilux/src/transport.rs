@@ -9,7 +9,7 @@
 
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::sampler::Sampler;
-use crate::world::luminaire::NO_LUMINAIRE;
+use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
@@ -47,7 +47,7 @@ pub enum Arrival {
     /// In part: luminaire sampling at `from` looks for it too.
     Shared {
         /// Where luminaires were sampled.
-        from: Vec3,
+        from: Receiver,
         /// Number of rays times their density per solid angle.
         rays: f32,
         /// Number of luminaire samples there.
@@ -160,8 +160,9 @@ impl<'a> Walker<'a> {
             if on.is_black() {
                 break;
             }
+            let at = Receiver::surface(&s, on);
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, on, wo, sampler, tally);
+                radiance += beta * self.direct(&s, &at, on, wo, sampler, tally);
             }
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
             let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
@@ -176,7 +177,7 @@ impl<'a> Walker<'a> {
                 in_chain = true;
                 arrival = Arrival::Full;
             } else {
-                arrival = Arrival::Shared { from: s.p, rays: next.pdf, samples: 1.0 };
+                arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
                 in_chain = false;
                 travelled = 0.0;
                 after_chain = match going_on {
@@ -205,8 +206,8 @@ impl<'a> Walker<'a> {
                 * match arrival {
                     Arrival::Full => 1.0,
                     Arrival::None => 0.0,
-                    Arrival::Shared { rays, samples, .. } => {
-                        let other = self.world.luminaires.sky_pdf(&self.world.scene, i, dir);
+                    Arrival::Shared { from, rays, samples } => {
+                        let other = self.world.luminaires.sky_pdf(&self.world.scene, i, &from, dir);
                         power_heuristic(rays, samples * other)
                     }
                 };
@@ -228,8 +229,8 @@ impl<'a> Walker<'a> {
             Arrival::Full => radiance,
             Arrival::None => Rgb::BLACK,
             Arrival::Shared { from, rays, samples } => {
-                let distance = (s.p - from).length();
-                let other = luminaires.pdf_solid_angle(s.luminaire, from, -s.wo, distance, s.ng);
+                let distance = (s.p - from.p).length();
+                let other = luminaires.pdf_solid_angle(s.luminaire, &from, -s.wo, distance, s.ng);
                 radiance * power_heuristic(rays, samples * other)
             }
         }
@@ -258,9 +259,17 @@ impl<'a> Walker<'a> {
     }
 
     /// One luminaire sample at `s`, weighted against sampling the scattering.
-    fn direct(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+    fn direct(
+        &self,
+        s: &Surface,
+        at: &Receiver,
+        bsdf: &Bsdf,
+        wo: Vec3,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
         let (u_pick, u) = (sampler.next1(), sampler.next2());
-        let Some(l) = self.world.luminaires.sample(&self.world.scene, s.p, u_pick, u) else {
+        let Some(l) = self.world.luminaires.sample(&self.world.scene, at, u_pick, u) else {
             return Rgb::BLACK;
         };
         let wi = s.frame.to_local(l.wi);

@@ -4,12 +4,16 @@
 //! `hemilux-accel`: per group (the world's own shapes, and each object) in the order of addition.
 
 pub mod camera;
+pub mod emission;
 mod emitter_points;
 pub mod environment;
+pub mod hierarchy;
 pub mod luminaire;
 mod patch;
+pub mod solid_angle;
 pub mod surface;
 pub mod texture;
+mod unit;
 
 use crate::bsdf::Bsdf;
 use hemilux_accel as accel;

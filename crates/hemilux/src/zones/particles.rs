@@ -14,7 +14,7 @@ use super::map::ZoneMap;
 use super::records::{LARGE, Record};
 use super::sight::Sight;
 use crate::bsdf::{Bsdf, Transport as Quantity};
-use crate::world::luminaire::EmittedParticle;
+use crate::world::emission::EmittedParticle;
 use crate::world::{Surface, World};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
