@@ -10,6 +10,7 @@ use super::emitter_points::{
 };
 use super::environment::Sky;
 use super::{World, texture};
+use crate::wrong::{Wrong, makes};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
 use hemilux_scene::geom::{DAffine3, DVec3, Frame, Vec2, Vec3};
 use hemilux_scene::{Emission, FloatParam, Geometry, Profile, Quadric, Rgb, Scene, Wrap};
@@ -88,6 +89,12 @@ pub struct EmittedParticle {
     pub flux: Rgb,
     /// Which luminaire.
     pub luminaire: u32,
+}
+
+/// Cosine at the luminaire, between areas and solid angles.
+#[inline]
+fn cosine(n: Vec3, wi: Vec3) -> f32 {
+    if makes(Wrong::Cosine) { 1.0 } else { n.dot(wi).abs() }
 }
 
 impl Luminaires {
@@ -322,7 +329,7 @@ impl Luminaires {
     pub fn pdf_solid_angle(&self, i: u32, from: Vec3, wi: Vec3, t: f32, n: Vec3) -> f32 {
         let item = &self.items[i as usize];
         let by_area = |area: f32| {
-            let cos = n.dot(wi).abs();
+            let cos = cosine(n, wi);
             if cos > 0.0 { t * t / (area * cos) } else { 0.0 }
         };
         item.pick
@@ -368,7 +375,7 @@ impl Luminaires {
         let distance2 = to.length_squared();
         let wi = direction.or_else(|| to.try_normalize())?;
         let radiance = emitted(scene, emission, n, uv, -wi);
-        let cos = n.dot(wi).abs();
+        let cos = cosine(n, wi);
         let pdf = match pdf {
             Density::SolidAngle(p) => p,
             Density::Area(p) if cos > 0.0 => p * distance2 / cos,
