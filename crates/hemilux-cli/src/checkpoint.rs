@@ -130,6 +130,7 @@ pub fn zone_source(zones: Option<&Zones>, given: bool, solution: &ZoneOptions) -
         Some(z) if given => ZoneSource::Given { fingerprint: z.fingerprint() },
         Some(z) => ZoneSource::Solved {
             budget: solution.budget,
+            planned: solution.particles,
             particles: z.particles,
             seed: solution.seed,
             fingerprint: z.fingerprint(),

@@ -328,14 +328,14 @@ impl Work<'_> {
         let zones = match (&self.args.zones, resumed.map(|r| r.source.zones)) {
             (Some(path), _) => read_zones(path, self.world)?,
             // The very particles of the run before, whatever ended them then.
-            (None, Some(ZoneSource::Solved { budget, particles, seed, .. })) => {
-                let options = ZoneOptions { budget, particles, seed };
-                solve(self.world, &options, None, interrupt, progress)
+            (None, Some(ZoneSource::Solved { budget, planned, particles, seed, .. })) => {
+                let options = ZoneOptions { budget, particles: planned, seed, ..self.plan.solution };
+                solve(self.world, &options, None, Some(particles), interrupt, progress)
             }
             _ => {
                 let deadline = self.plan.budget.particle_deadline(self.begin.elapsed(), self.writing);
                 let deadline = deadline.map(|d| self.begin + d);
-                solve(self.world, &self.plan.solution, deadline, interrupt, progress)
+                solve(self.world, &self.plan.solution, deadline, None, interrupt, progress)
             }
         };
         if let Some(resumed) = resumed {
@@ -356,24 +356,27 @@ impl Work<'_> {
     }
 }
 
-/// Solve until the particles, the time or the user's patience end.
+/// Solve until the particles, the time or the user's patience end; with `traced`, until so many particles, which is where
+/// an earlier run ended.
 pub fn solve(
     world: &World,
     options: &ZoneOptions,
     deadline: Option<Instant>,
+    traced: Option<u64>,
     interrupt: &Interrupt,
     progress: &mut Progress,
 ) -> Zones {
     let since = Instant::now();
     Zones::solve_until(world, options, |particles| {
-        let by_count = particles as f64 / options.particles as f64;
+        let by_count = particles as f64 / traced.unwrap_or(options.particles) as f64;
         let by_time = deadline.map_or(0.0, |d| {
             let all = d.saturating_duration_since(since).as_secs_f64();
             if all > 0.0 { since.elapsed().as_secs_f64() / all } else { 1.0 }
         });
         progress.look(Look { done: by_count.max(by_time).min(1.0), rays: particles, ..Look::default() });
         // A solution without any particle would be a black one.
-        interrupt.asked() || (by_time >= 1.0 && particles > 0)
+        let enough = traced.is_some_and(|n| particles >= n);
+        interrupt.asked() || enough || (by_time >= 1.0 && particles > 0)
     })
 }
 

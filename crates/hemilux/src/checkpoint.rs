@@ -2,8 +2,8 @@
 //!
 //! A film file holds the exact sums of every tile, which passes are in them, and everything the samples depend on: hashes
 //! of scene and view, the options, and per *source* (a seed with its zonal solution) what re-derives the solution. The
-//! solution itself is not stored: it is a function of scene, zone budget, seed and the number of particles traced, also
-//! where time ended the particles; its fingerprint is stored, so that a solution that came out differently is noticed
+//! solution itself is not stored: it is a function of scene, zone budget, seed and the numbers of particles planned and
+//! traced, also where time ended the particles; its fingerprint is stored, so that a solution that came out differently is noticed
 //! and refused. What a renderer learns before its first pass is stored as parameters (opaque bytes) that re-derive it.
 //!
 //! Layout, little-endian: magic `HLXFILM\n`, version u32, program version (text), scene hash u64, view hash u64, film
@@ -88,6 +88,8 @@ pub enum ZoneSource {
     Solved {
         /// Most zones.
         budget: u32,
+        /// Particles that were planned: the solution may depend on the plan.
+        planned: u64,
         /// Particles traced.
         particles: u64,
         /// Their seed.
@@ -293,10 +295,10 @@ fn put_text(out: &mut Vec<u8>, text: &[u8]) {
 fn put_zones(out: &mut Vec<u8>, zones: &ZoneSource) {
     match *zones {
         ZoneSource::None => out.push(0),
-        ZoneSource::Solved { budget, particles, seed, fingerprint } => {
+        ZoneSource::Solved { budget, planned, particles, seed, fingerprint } => {
             out.push(1);
             put32(out, budget);
-            [particles, seed, fingerprint].into_iter().for_each(|v| put64(out, v));
+            [planned, particles, seed, fingerprint].into_iter().for_each(|v| put64(out, v));
         }
         ZoneSource::Given { fingerprint } => {
             out.push(2);
@@ -440,6 +442,7 @@ impl<'a> Reader<'a> {
             [0] => ZoneSource::None,
             [1] => ZoneSource::Solved {
                 budget: self.u32()?,
+                planned: self.u64()?,
                 particles: self.u64()?,
                 seed: self.u64()?,
                 fingerprint: self.u64()?,

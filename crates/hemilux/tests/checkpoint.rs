@@ -16,7 +16,13 @@ fn origin() -> Origin {
 }
 
 fn source(seed: u64) -> Source {
-    let zones = ZoneSource::Solved { budget: 100, particles: 1 << 17, seed, fingerprint: 99 + seed };
+    let zones = ZoneSource::Solved {
+        budget: 100,
+        planned: 1 << 18,
+        particles: 1 << 17,
+        seed,
+        fingerprint: 99 + seed,
+    };
     Source { seed, zones, prologue: vec![1, 2, 3] }
 }
 

@@ -58,8 +58,8 @@ pub struct Zones {
 }
 
 impl Zones {
-    /// Cut the world and trace particles. The solution is a function of the world, the zone budget, the seed and the
-    /// number of particles traced, bit for bit: what ended them does not show.
+    /// Cut the world and trace particles. The solution is a function of the world, the options and the number of
+    /// particles traced, bit for bit: what ended them does not show.
     pub fn solve(world: &World, options: &ZoneOptions) -> Zones {
         Zones::solve_until(world, options, |_| false)
     }
