@@ -40,7 +40,7 @@ pub(super) fn mirror_ball(page: &mut Page) {
         board(&mut scene, [r as f32 - w, -w, 3.0], [0.0, 2.0 * w, 0.0], [2.0 * w, 0.0, 0.0], black, None);
         sun(&mut scene, 0.5);
         let world = World::new(scene);
-        let e = sensed_with_residuals(&world, [r, 0.0, 3.0 - 1e-4], DOWN, 1024, 1 << 20);
+        let e = sensed_with_residuals(&world, [r, 0.0, 3.0 - 1e-4], DOWN, 16_384, 1 << 21);
         e.check(page, &format!("mirror ball, {degrees} degrees"), truth, 1.03 * truth);
     }
 }
@@ -64,14 +64,11 @@ pub(super) fn bowl(page: &mut Page) {
         revolved(&mut scene, [1, 256], ring, black);
         sun(&mut scene, 0.05);
         let world = World::new(scene);
-        let zones = Zones::solve(&world, &ZoneOptions { budget: 500, particles: 1 << 21, seed: 5 });
         // The sun falls on the other side of the ring, all of it; the rest of the flux comes from the bowl.
-        let all = received(&zones, 0).mean + received(&zones, 1).mean;
         let sides = 256.0;
         let polygon = (2.0 * PI / sides).sin() * sides / 2.0;
         let above = polygon * (outer * outer - inner * inner);
-        let flux =
-            Estimate { mean: all - above, error: received(&zones, 0).error.hypot(received(&zones, 1).error) };
+        let flux = by_replicates(&world, 500, 1 << 21, |z| flux(z, 0) + flux(z, 1) - above);
         let truth = PI * (h1 * h1 - h0 * h0);
         flux.check(page, &format!("concave bowl, offsets {h0} to {h1} m"), truth, 1.2 * truth);
     }
@@ -94,7 +91,7 @@ pub(super) fn paraboloid(page: &mut Page) {
     for (r, beam) in [(0.1f64, 400.0 / 1.01f64.powi(2)), (0.25, 354.325260), (0.5, 256.0), (1.0, 100.0)] {
         let d2 = r * r + 1.5 * 1.5;
         let direct = intensity * 1.5 / d2.powf(1.5);
-        let e = sensed_with_residuals(&world, [r, 0.0, 2.0 - 1e-4], DOWN, 2048, 1 << 19);
+        let e = sensed_with_residuals(&world, [r, 0.0, 2.0 - 1e-4], DOWN, 2048, 1 << 21);
         e.check(page, &format!("paraboloid, {r} m off the axis"), beam + direct, beam + 2.0 * direct);
     }
 }
@@ -116,7 +113,6 @@ pub(super) fn ellipsoid(page: &mut Page) {
     let size = 0.05f32;
     board(&mut scene, [-size, -size, c as f32], [0.0, 2.0 * size, 0.0], [2.0 * size, 0.0, 0.0], black, None);
     let world = World::new(scene);
-    let zones = Zones::solve(&world, &ZoneOptions { budget: 300, particles: 1 << 19, seed: 6 });
     // Seen from the lamp, the rim stands at this angle from the reflector's axis (-z).
     let rim = b * last.sin();
     let cos = (-cut - c) / (rim * rim + (cut + c).powi(2)).sqrt() * -1.0;
@@ -125,7 +121,6 @@ pub(super) fn ellipsoid(page: &mut Page) {
     // Straight from the lamp comes the solid angle of the board; the lamp catches as much of what is reflected.
     let direct = 4.0 * (size as f64).powi(2) / (2.0 * c).powi(2) / (4.0 * PI);
     let truth = power * (share + direct);
-    let [front, back] = [0, 1].map(|side| received(&zones, side));
-    let caught = Estimate { mean: front.mean + back.mean, error: front.error.hypot(back.error) };
+    let caught = by_replicates(&world, 300, 1 << 19, |z| flux(z, 0) + flux(z, 1));
     caught.check(page, "ellipsoid, flux at the other focus", truth, 0.98 * truth);
 }

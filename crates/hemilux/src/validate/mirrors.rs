@@ -71,7 +71,7 @@ pub(super) fn domes_on_one_to_three_mirrors(page: &mut Page) {
             let e = if r > 0.1 {
                 sensed(&world, place, back, 4096)
             } else {
-                sensed_with_residuals(&world, place, back, 1024, 1 << 17)
+                sensed_with_residuals(&world, place, back, 4096, 1 << 20)
             };
             e.check(page, &format!("lamp of {r} m on {count} mirrors"), truth, truth * rho);
         }

@@ -13,23 +13,17 @@ pub(super) fn grey_enclosure_and_books(page: &mut Page) {
     cuboid(&mut scene, [0.0; 3], [4.0, 3.0, 2.5], true, m);
     sphere(&mut scene, [1.0, 1.0, 1.5], 0.1, false, m, emission(50.0));
     let world = World::new(scene);
-    let zones = Zones::solve(&world, &ZoneOptions { budget: 3000, particles: 1 << 20, seed: 2 });
+    let zones = solved(&world, 3000, 1 << 20, 2);
     let l = &zones.ledger;
     let gone = l.absorbed[1] + l.escaped[1] + l.truncated[1];
     page.exact("light particles: absorbed and escaped over emitted", gone / l.emitted[1], 1.0, 1e-9);
-    let incident = received(&zones, 0).mean + received(&zones, 1).mean;
+    let incident = flux(&zones, 0) + flux(&zones, 1);
     page.exact("zones: sum of A E over what arrived", incident / l.incident[1], 1.0, 1e-6);
     let power = 50.0 * PI * 4.0 * PI * 0.01;
     let area = 2.0 * (12.0 + 7.5 + 10.0) + 4.0 * PI * 0.01;
     let truth = power / (area * (1.0 - rho));
-    // The number of bounces of a particle is geometric: relative standard deviation √ρ.
-    let error = truth * rho.sqrt() / (zones.particles as f64).sqrt();
-    Estimate { mean: incident / area, error }.check(
-        page,
-        "grey enclosure, mean irradiance",
-        truth,
-        power / area,
-    );
+    let e = by_replicates(&world, 3000, 1 << 20, |z| (flux(z, 0) + flux(z, 1)) / area);
+    e.check(page, "grey enclosure, mean irradiance", truth, power / area);
 }
 
 /// Faces of a unit cube: corner and edges with their cross product inwards. Face 0 is the floor, 1 the ceiling.
@@ -53,9 +47,7 @@ pub(super) fn six_zones(page: &mut Page) {
         let [p, a, b] = FACES[to];
         board(&mut scene, p, a, b, black, None);
         let world = World::new(scene);
-        let zones = Zones::solve(&world, &ZoneOptions { budget: 200, particles: 1 << 20, seed: 4 });
-        let e = received(&zones, 0);
-        Estimate { mean: e.mean / PI, error: e.error / PI }
+        by_replicates(&world, 200, 1 << 20, |z| flux(z, 0) / PI)
     };
     let (opposite, side) = (factor(1), factor(2));
     opposite.check(page, "form factor to the opposite face of a cube", 0.199824896, 0.19);
@@ -97,10 +89,10 @@ pub(super) fn refinement(page: &mut Page) {
     let world = World::new(scene);
     let floor = corners([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let mut last = f64::INFINITY;
-    let (mut falls, mut flux) = (true, Vec::new());
+    let (mut falls, mut fluxes) = (true, Vec::new());
     for budget in [12u32, 48, 192, 768] {
-        let zones = Zones::solve(&world, &ZoneOptions { budget, particles: 1 << 21, seed: 3 });
-        flux.push(received(&zones, 0).mean);
+        let zones = solved(&world, budget, 1 << 21, 3);
+        fluxes.push(flux(&zones, 0));
         // What a point of the ceiling is told by its zone, against what it receives.
         let mut squares = 0.0;
         for i in 0..400 {
@@ -120,7 +112,7 @@ pub(super) fn refinement(page: &mut Page) {
         1.0,
         0.0,
     );
-    let spread = flux.iter().map(|f| (f / flux[0] - 1.0).abs()).fold(0.0, f64::max);
+    let spread = fluxes.iter().map(|f| (f / fluxes[0] - 1.0).abs()).fold(0.0, f64::max);
     page.exact("refinement: the flux stays the same, largest relative change", spread, 0.0, 1e-6);
 }
 
@@ -132,7 +124,7 @@ pub(super) fn leaks(page: &mut Page) {
     cuboid(&mut scene, [0.0005, -1.0, -1.0], [2.0, 1.0, 1.0], true, m);
     sphere(&mut scene, [-1.0, 0.2, 0.3], 0.2, false, m, emission(1000.0));
     let world = World::new(scene);
-    let zones = Zones::solve(&world, &ZoneOptions { budget: 3000, particles: 1 << 18, seed: 2 });
+    let zones = solved(&world, 3000, 1 << 18, 2);
     let told = |world: &World, zones: &Zones, from: Vec3, dir: Vec3| {
         world.closest(from, dir, f32::INFINITY).map_or(f64::NAN, |s| {
             let place = zones.locate(world, &s, [0.5, 0.5]);
@@ -154,7 +146,7 @@ pub(super) fn leaks(page: &mut Page) {
     board(&mut scene, [-1.0, -1.0, 0.01], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], m, None);
     sphere(&mut scene, [0.0, 0.0, 3.0], 0.2, false, m, emission(100.0));
     let world = World::new(scene);
-    let zones = Zones::solve(&world, &ZoneOptions { budget: 2000, particles: 1 << 18, seed: 4 });
+    let zones = solved(&world, 2000, 1 << 18, 4);
     let below = told(&world, &zones, Vec3::new(0.5, 0.3, 0.005), Vec3::NEG_Z);
     page.exact("board 1 cm before a wall of the same normal: irradiance behind it", below, 0.0, 0.0);
     page.form(told(&world, &zones, Vec3::new(0.5, 0.3, 1.0), Vec3::NEG_Z) > 1.0, "the board is lit");
