@@ -9,12 +9,14 @@ use hemilux::render::Renderer;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Samples per pixel of a first pilot.
-const FIRST: u32 = 4;
-/// A larger pilot takes this part of what the first one asks for.
-const SHARE: u32 = 16;
+/// Samples per pixel of a first pilot. Few samples understate the error where bright ones are rare.
+const FIRST: u32 = 8;
+/// It is followed by a second one where more than this are needed, ...
+const LEAST: u32 = 16;
+/// ... with this part of what the first one asks for, and at least [`LEAST`].
+const SHARE: u32 = 6;
 /// Passes are planned for this part of the target, so that the picture seldom misses it.
-const MARGIN: f64 = 0.97;
+const MARGIN: f64 = 0.93;
 /// No more samples per pixel than this.
 const MOST: f64 = 1e6;
 
@@ -51,8 +53,8 @@ pub fn pilot(
         Some((needed.ceil().clamp(2.0, MOST) as u32, least))
     };
     let (mut passes, mut spent) = needed(FIRST)?;
-    if passes / SHARE > FIRST
-        && let Some((better, all)) = needed(passes / SHARE)
+    if passes > LEAST
+        && let Some((better, all)) = needed((passes / SHARE).max(LEAST))
     {
         (passes, spent) = (better, all);
     }

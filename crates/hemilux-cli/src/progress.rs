@@ -94,9 +94,9 @@ impl Progress {
         self.remark = text;
     }
 
-    /// The stages that have ended, with what each took.
-    pub fn times(&self) -> &[(&'static str, Duration)] {
-        &self.times
+    /// The stages so far with what each took, the present one included.
+    pub fn times(&self) -> Vec<(&'static str, Duration)> {
+        self.times.iter().copied().chain([(self.name, self.since.elapsed())]).collect()
     }
 
     fn end_stage(&mut self) {

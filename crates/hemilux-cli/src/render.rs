@@ -183,7 +183,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         machine::count(rays as f64),
         error.map_or(String::new(), |e| format!(", typical error of a pixel {}", percent(e)))
     ));
-    let progress_times = progress.times().to_vec();
+    let progress_times = progress.times();
     progress.end(
         &summary,
         json!({

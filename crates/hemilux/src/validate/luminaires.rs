@@ -36,13 +36,15 @@ pub(super) fn the_overcast_sky_of_gensky(page: &mut Page) {
     for (what, n, ideal) in
         [("horizontal", UP, 50.0), ("vertical", [0.0, -1.0, 0.0], 50.0 * 0.968043220 / 2.443460953)]
     {
-        let (mut truth, cells) = (0.0, 400);
+        let (mut truth, cells) = (0.0, 1000);
         for i in 0..cells {
             for j in 0..cells {
-                let (z, phi) = ((i as f64 + 0.5) / cells as f64, (j as f64 + 0.5) / cells as f64 * 2.0 * PI);
-                let s = (1.0 - z * z).sqrt();
+                // z = 1 - u², so that the integrand is smooth at the zenith.
+                let (u, phi) = ((i as f64 + 0.5) / cells as f64, (j as f64 + 0.5) / cells as f64 * 2.0 * PI);
+                let (s, z) = (u * (2.0 - u * u).sqrt(), 1.0 - u * u);
                 let d = [s * phi.cos(), s * phi.sin(), z];
-                truth += gensky_overcast(50.0, d) * dot(d, n).max(0.0) * 2.0 * PI / (cells * cells) as f64;
+                let cell = 2.0 * u * 2.0 * PI / (cells * cells) as f64;
+                truth += gensky_overcast(50.0, d) * dot(d, n).max(0.0) * cell;
             }
         }
         // Wrong: without the blend.
