@@ -31,12 +31,14 @@ pub struct Pilot {
     pub rays: u64,
 }
 
-/// How many passes bring the typical relative error of a pixel to `target`. `None` if there was no time to find out.
+/// How many passes bring the typical relative error of a pixel to `target`; no more than `limit` are of interest. `None` if
+/// there was no time to find out.
 pub fn pilot(
     renderer: &Renderer,
     region: [u32; 4],
     seed: u64,
     target: f64,
+    limit: Option<u32>,
     deadline: Option<Instant>,
     cancel: &AtomicBool,
 ) -> Option<Pilot> {
@@ -53,8 +55,11 @@ pub fn pilot(
         Some((needed.ceil().clamp(2.0, MOST) as u32, least))
     };
     let (mut passes, mut spent) = needed(FIRST)?;
+    // Where another limit ends the run, a better guess of how far beyond it the target lies is worth nothing.
+    let known = passes.min(limit.unwrap_or(u32::MAX));
     if passes > LEAST
-        && let Some((better, all)) = needed((passes / SHARE).max(LEAST))
+        && limit.is_none_or(|n| passes / 2 < n)
+        && let Some((better, all)) = needed((known / SHARE).max(LEAST))
     {
         (passes, spent) = (better, all);
     }

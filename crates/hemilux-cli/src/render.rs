@@ -102,7 +102,9 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         progress.stage("pilot");
         // With a limit of time, a quarter of what is left is for finding out.
         let until = deadline.map(|d| Instant::now() + d.saturating_duration_since(Instant::now()) / 4);
-        match pilot::pilot(&renderer, plan.region, plan.options.seed, target, until, interrupt.flag()) {
+        let limit = plan.budget.spp;
+        match pilot::pilot(&renderer, plan.region, plan.options.seed, target, limit, until, interrupt.flag())
+        {
             Some(found) => {
                 progress.remark(format!(
                     "{} samples per pixel, thrown away, say that {} are needed",

@@ -115,7 +115,7 @@ pub(super) fn ellipsoid(page: &mut Page) {
     let world = World::new(scene);
     // Seen from the lamp, the rim stands at this angle from the reflector's axis (-z).
     let rim = b * last.sin();
-    let cos = (-cut - c) / (rim * rim + (cut + c).powi(2)).sqrt() * -1.0;
+    let cos = (cut + c) / (rim * rim + (cut + c).powi(2)).sqrt();
     let power = 4.0 * PI * PI;
     let share = 0.5 * (1.0 + cos);
     // Straight from the lamp comes the solid angle of the board; the lamp catches as much of what is reflected.

@@ -61,7 +61,7 @@ pub(super) fn disks(page: &mut Page) {
 
 pub(super) fn spheres_above_and_across_the_horizon(page: &mut Page) {
     for (g, s, truth) in [
-        (60.0f64, 30.0f64, 0.392699082),
+        (60.0f64, 30.0f64, PI / 8.0),
         (80.0, 20.0, 0.069150718),
         (90.0, 30.0, 0.090586074),
         (100.0, 20.0, 0.005335615),

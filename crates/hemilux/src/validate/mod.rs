@@ -85,12 +85,12 @@ impl Estimate {
     /// A row: agrees with the truth, and is sharp enough to reject `wrong`.
     fn check(self, page: &mut Page, case: &str, truth: f64, wrong: f64) {
         let (z, control) = (self.z(truth), self.z(wrong));
-        let verdict = if !(z.abs() < LIMIT) {
-            Verdict::Fail(format!("{z:+.1} standard errors from the reference"))
-        } else if !(control.abs() > LIMIT) {
-            Verdict::Fail(format!("too uncertain to tell the reference from {wrong:.6}"))
-        } else {
-            Verdict::Pass
+        // What is not a number passes neither.
+        let (agrees, tells) = (z.abs() < LIMIT, control.abs() > LIMIT);
+        let verdict = match (agrees, tells) {
+            (true, true) => Verdict::Pass,
+            (true, false) => Verdict::Fail(format!("too uncertain to tell the reference from {wrong:.6}")),
+            (false, _) => Verdict::Fail(format!("{z:+.1} standard errors from the reference")),
         };
         page.push(case, truth, self.mean, STUDENT_60 * self.error, Some(z), verdict);
     }
