@@ -16,6 +16,7 @@ use super::environment::Sky;
 use super::hierarchy::Hierarchy;
 pub use super::hierarchy::Receiver;
 use super::unit::{Density, LuminairePoint, Unit};
+use crate::wrong::{Wrong, makes};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
 use hemilux_scene::geom::{DAffine3, DVec3, Vec2, Vec3};
 use hemilux_scene::{Emission, FloatParam, Geometry, Profile, Quadric, Rgb, Scene};
@@ -87,6 +88,12 @@ pub struct LuminaireSample {
     pub met_by_rays: bool,
     /// End of the shadow ray, `None` at infinity.
     target: Option<Vec3>,
+}
+
+/// Cosine at the luminaire, between areas and solid angles.
+#[inline]
+fn cosine(n: Vec3, wi: Vec3) -> f32 {
+    if makes(Wrong::Cosine) { 1.0 } else { n.dot(wi).abs() }
 }
 
 impl Luminaires {
@@ -341,7 +348,7 @@ impl Luminaires {
             return 0.0;
         }
         let by_area = |area: f32| {
-            let cos = n.dot(wi).abs();
+            let cos = cosine(n, wi);
             if cos > 0.0 { t * t / (area * cos) } else { 0.0 }
         };
         let unit = &self.units[number as usize];
