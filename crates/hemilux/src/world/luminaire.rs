@@ -377,8 +377,10 @@ impl Luminaires {
         if radiance.is_black() || pdf <= 0.0 || !pdf.is_finite() {
             return None;
         }
-        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error.
-        let target = offset_origin(q, error * 4.0, n, -wi);
+        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error and of the ray's own,
+        // which grows with its length: a luminaire in a coordinate plane has none itself.
+        let error = error * 4.0 + Vec3::splat(4.0 * f32::EPSILON * distance2.sqrt());
+        let target = offset_origin(q, error, n, -wi);
         Some(LuminaireSample { wi, radiance, pdf_solid_angle: pdf, met_by_rays, target: Some(target) })
     }
 
