@@ -97,6 +97,8 @@ const LARGEST: usize = 4096;
 const PER_SIGNATURE: usize = 4;
 /// A leaf learns from a box this much of its size larger on every side.
 const DILATE: f32 = 0.5;
+/// Halvings of a signature's records in search of several images.
+const IMAGES: u32 = 2;
 /// A record outside the leaf's own box counts this much.
 const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
@@ -251,17 +253,25 @@ impl Records {
             let place = self.signatures[names[0].0 as usize].places[candidate.best as usize].sin2(centre);
             let first = record(&names[0]);
             let seen = first.radius / first.length;
-            let mut linear = None;
             // No regression where a fixed place says as much.
-            if place > 2.5 * seen * seen {
-                group.clear();
-                group.extend(names.iter().map(record));
-                linear = Linear::fit(&group).filter(|l| l.sin2 < 0.7 * place);
-                if linear.is_some() {
-                    candidate.gate = UNGATED;
-                }
+            if place <= 2.5 * seen * seen {
+                found.push((candidate, None));
+                continue;
             }
-            found.push((candidate, linear));
+            group.clear();
+            group.extend(names.iter().map(record));
+            let mut rest = group.len();
+            let images = Linear::fit_images(&mut group, IMAGES);
+            for (linear, count) in images {
+                let part = count as f32 / group.len() as f32;
+                let linear = linear.filter(|l| l.sin2 < 0.7 * place);
+                // What no regression explains is left to the places, once.
+                if linear.is_some() || rest == group.len() {
+                    candidate.gate = if linear.is_some() { UNGATED } else { candidate.gate };
+                    found.push((Candidate { share: share * part, ..candidate }, linear));
+                }
+                rest -= count;
+            }
         }
         self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
         let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
