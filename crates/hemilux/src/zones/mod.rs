@@ -8,6 +8,7 @@
 pub mod aim;
 pub mod field;
 pub mod file;
+mod kd;
 pub mod map;
 pub mod mesh;
 pub mod particles;
