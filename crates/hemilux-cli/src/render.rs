@@ -133,6 +133,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         samples: Samples::default(),
         rays: 0,
         error: None,
+        surprise: None,
         time: Duration::ZERO,
         stopped: None,
     };
@@ -166,6 +167,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     }
     let short = stopped_short(&plan, samples, late, error);
     (run.samples, run.rays, run.error, run.time) = (samples, rays, error, begin.elapsed());
+    run.surprise = renderer.surprise();
     run.stopped = if interrupt.asked() { Some("interrupted".to_owned()) } else { short.clone() };
     let header = run.header();
     let image = picture::image(&film, &[]);
@@ -194,6 +196,12 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         }),
     );
     warn_rejected(&talk, rejected);
+    if let Some(u) = run.surprise.filter(|u| *u > SURPRISED) {
+        talk.warning(&format!(
+            "{:.1} % of the picture's luminance came from where light particles had not been: more of them (--particles, --time) make it less noisy",
+            u * 100.0
+        ));
+    }
     if let Some(path) = &args.report {
         let report = run.report(&film, &progress_times, pilot_rays, begin.elapsed(), short.as_deref());
         report::write(path, &report)?;
@@ -388,6 +396,9 @@ fn read_zones(path: &Path, world: &World) -> Result<Zones, Failure> {
     Zones::read(world, &bytes).map_err(|e| failed(e.to_string()))
 }
 
+/// Surprise beyond this share is told.
+const SURPRISED: f64 = 0.03;
+
 /// What there is to know about a finished render.
 struct Run<'a> {
     args: &'a RenderArgs,
@@ -399,6 +410,8 @@ struct Run<'a> {
     samples: Samples,
     rays: u64,
     error: Option<f32>,
+    /// Share of the gathered luminance that no stratum expected.
+    surprise: Option<f64>,
     time: Duration,
     stopped: Option<String>,
 }
@@ -406,7 +419,8 @@ struct Run<'a> {
 impl Run<'_> {
     /// What a film file says of itself: what does not depend on how far the run is.
     fn notes(&self) -> Vec<(String, String)> {
-        const OF_THE_RUN: [&str; 5] = ["samples_per_pixel", "rays", "render_time", "seed", "stopped"];
+        const OF_THE_RUN: [&str; 6] =
+            ["samples_per_pixel", "rays", "render_time", "seed", "stopped", "surprise"];
         let header = self.header();
         let entries = header.entries.into_iter().filter(|(k, _)| !OF_THE_RUN.contains(&k.as_str()));
         entries.chain(header.radiance.into_iter().map(|(k, v)| (format!("radiance.{k}"), v))).collect()
@@ -455,6 +469,9 @@ impl Run<'_> {
             put("particles", zones.particles.to_string());
             put("zone_median_error", format!("{:.5}", zones.relative_errors().0));
         }
+        if let Some(u) = self.surprise {
+            put("surprise", format!("{u:.5}"));
+        }
         if let Some(e) = self.error {
             put("relative_error", format!("{e:.5}"));
         }
@@ -502,8 +519,7 @@ impl Run<'_> {
             "noise": report::noise(film),
             "zones": zones, "zonal_bias": bias,
             "residual_share": (options.mode == Mode::Corrected).then_some(self.residual),
-            // Gathers do not yet say how much came from where nothing was predicted.
-            "surprise": null,
+            "surprise": self.surprise,
             "rays": {"picture": self.rays, "pilot": pilot_rays},
             "seconds": stages,
             "budget": {

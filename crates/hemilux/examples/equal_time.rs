@@ -3,7 +3,7 @@
 //!     cargo run --release -p hemilux --example equal_time -- SCENE.pbrt REFERENCE.exr [option=value]...
 //!
 //! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=16`,
-//! `shadow=4`, `strategy=jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
+//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
 //! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
 //! a `.rad` scene is read too. Beside a file called
 //! `reference.exr`, its halves and mask are used.
@@ -57,11 +57,11 @@ fn main() -> Result<(), Failure> {
     let seconds: f64 = option("seconds", "10").parse()?;
     let share: f64 = option("share", "0.15").parse()?;
     let passes: u32 = option("spp", "4294967295").parse()?;
-    let strategy = option("strategy", "jittered");
+    let strategy = option("strategy", "adaptive");
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
     let plan = GatherPlan {
         rays: option("gather", "16").parse()?,
-        shadow_rays: option("shadow", "4").parse()?,
+        shadow_rays: option("shadow", "8").parse()?,
         strategy,
     };
     println!("mode   | render s | zones s | spp | relMSE | trimmed | plain | mean ratio R G B | Mray/s");
@@ -115,6 +115,9 @@ fn main() -> Result<(), Failure> {
             squares += (p.standard_error()[1] as f64).powi(2);
         });
         println!("       | picture mean (G) {:.6} ± {:.6}", sum / n, squares.sqrt() / n);
+        if let Some(u) = renderer.surprise() {
+            println!("       | surprise {:.4}", u);
+        }
         let prefix = option("save", "");
         if !prefix.is_empty() {
             hemilux_image::write(format!("{prefix}-{name}.exr"), &image)?;

@@ -15,6 +15,7 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -103,6 +104,8 @@ pub struct Renderer<'a> {
     size: [u32; 2],
     options: RenderOptions,
     residual: Residual,
+    /// Luminance gathered and the part of it that came as surprise, in units of 2⁻¹⁶: integers, so that no order shows.
+    surprise: Arc<[AtomicU64; 2]>,
 }
 
 /// Share of residuals where nobody has measured what pays.
@@ -136,6 +139,7 @@ impl<'a> Renderer<'a> {
             size: [width, height],
             options,
             residual,
+            surprise: Default::default(),
         }
     }
 
@@ -277,7 +281,17 @@ impl<'a> Renderer<'a> {
                 tile.pixels[i as usize].add(&sample);
             }
         }
+        for (sum, part) in self.surprise.iter().zip([tally.gathered, tally.surprise]) {
+            sum.fetch_add((part * 65536.0) as u64, Ordering::Relaxed);
+        }
         tally.rays
+    }
+
+    /// Share of the gathered luminance that came from directions in which the strata expected less than a tenth of it, over
+    /// all passes of this renderer and its clones: how often it was surprised. `None` before anything was gathered.
+    pub fn surprise(&self) -> Option<f64> {
+        let [all, part] = [0, 1].map(|i: usize| self.surprise[i].load(Ordering::Relaxed) as f64);
+        (all > 0.0).then(|| part / all)
     }
 
     /// One camera sample, unweighted.

@@ -25,7 +25,7 @@ pub const GROUPS: usize = 16;
 /// A stage is planned for this part of the target, so that few need repeating.
 const MARGIN: f64 = 0.8;
 /// The work of one gather.
-const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strategy::Sobol };
+const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strategy::Adaptive };
 /// Hits on virtual luminaires from which on their spread is trusted.
 const ENOUGH_HITS: u64 = 16;
 /// Images this many times dimmer than the brightest luminaire are not watched for.

@@ -34,9 +34,39 @@ pub struct Tally {
     pub chain_hits: u64,
     /// What counts as bright (W·sr⁻¹·m⁻²).
     pub bright: f32,
+    /// Luminance of all gathers, and the part of it that came as surprise ([`Tally::judge`]).
+    pub gathered: f64,
+    /// See `gathered`.
+    pub surprise: f64,
+    /// The most that one ray of the present gather brought (luminance), and how many rays it had.
+    pub(crate) largest: f32,
+    pub(crate) gather_rays: u32,
 }
 
+/// A ray that brings more than this many times the mean of its gather went where the strata expected little.
+const SURPRISING: f32 = 10.0;
+
 impl Tally {
+    /// A ray of the present gather brought `value` (over its density).
+    pub(crate) fn brought(&mut self, value: Rgb) {
+        self.largest = self.largest.max(value.luminance());
+        self.gather_rays += 1;
+    }
+
+    /// The present gather is over: `by_rays` came by gather rays, `whole` in all. Were the strata perfect, every ray would
+    /// bring the same; what one brings beyond [`SURPRISING`] times the mean came from where they expected less than a tenth
+    /// of what there was, and counts as surprise.
+    pub(crate) fn judge(&mut self, by_rays: Rgb, whole: Rgb) {
+        let (sum, whole) = (by_rays.luminance(), whole.luminance());
+        if whole.is_finite() {
+            self.gathered += whole as f64;
+            if self.largest * self.gather_rays as f32 > SURPRISING * sum {
+                self.surprise += self.largest as f64;
+            }
+        }
+        (self.largest, self.gather_rays) = (0.0, 0);
+    }
+
     fn note(&mut self, in_chain: bool, met: Rgb) {
         self.chain_hits += (in_chain && !met.is_black() && met.luminance() >= self.bright) as u64;
     }

@@ -132,7 +132,7 @@ pub fn sphere(
     scene.shapes.last_mut().unwrap().reverse_orientation = inward;
 }
 
-pub const PLAN: GatherPlan = GatherPlan { rays: 16, shadow_rays: 4, strategy: Strategy::Jittered };
+pub const PLAN: GatherPlan = GatherPlan { rays: 16, shadow_rays: 4, strategy: Strategy::Adaptive };
 
 /// Mean and standard error of `n` independent values.
 pub fn statistics(n: u32, mut f: impl FnMut(u32) -> f64) -> (f64, f64) {
