@@ -32,7 +32,8 @@ impl Scene {
     fn new(comment: &str, eye: V, at: V, fov: f64) -> Scene {
         let mut text = String::new();
         comment.lines().for_each(|l| text += &format!("# {l}\n"));
-        text += "# Made by crates/hemilux/examples/phenomena.rs. Metres, z up, right-handed (hence the Scale).\n";
+        text +=
+            "# Made by crates/hemilux/examples/phenomena.rs. Metres, z up, right-handed (hence the Scale).\n";
         text += "Scale -1 1 1\n";
         let _ = writeln!(text, "LookAt {}  {}  0 0 1", numbers(&eye), numbers(&at));
         let _ = writeln!(text, "Camera \"perspective\" \"float fov\" [ {fov} ]");
@@ -113,7 +114,10 @@ fn reflector() -> Scene {
     s.line("AttributeBegin Translate -0.08 -0.05 0.22 Rotate -90 1 0 0");
     s.line("AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ 26000 20500 14000 ] Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]");
     s.line("Translate -0.003 0 0.022 Rotate 90 0 1 0 Shape \"cylinder\" \"float radius\" [ 0.0005 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.006 ] AttributeEnd");
-    s.placed([0.0, 0.0, 0.02], "Material \"thindielectric\" \"float eta\" [ 1.5 ] Shape \"sphere\" \"float radius\" [ 0.011 ]");
+    s.placed(
+        [0.0, 0.0, 0.02],
+        "Material \"thindielectric\" \"float eta\" [ 1.5 ] Shape \"sphere\" \"float radius\" [ 0.011 ]",
+    );
     s.line("Material \"conductor\" \"rgb reflectance\" [ 0.88 0.88 0.86 ] \"float roughness\" [ 0 ]");
     // A paraboloid of focal length 22 mm, its facets pushed about by up to 0.4 mm.
     let (rings, sectors, focus) = (10, 24, 0.022);
@@ -139,12 +143,17 @@ fn reflector() -> Scene {
     s.mesh(&points, &faces);
     // A matt shell behind it keeps light inside the lamp.
     s.line(&matt(0.12, 0.12, 0.13));
-    s.line("Shape \"cylinder\" \"float radius\" [ 0.0562 ] \"float zmin\" [ -0.02 ] \"float zmax\" [ 0.036 ]");
+    s.line(
+        "Shape \"cylinder\" \"float radius\" [ 0.0562 ] \"float zmin\" [ -0.02 ] \"float zmax\" [ 0.036 ]",
+    );
     s.line("Shape \"disk\" \"float radius\" [ 0.0562 ] \"float height\" [ -0.02 ]");
     s.line("AttributeEnd");
     // A stand, and something for the pattern to bend over.
     s.line(&matt(0.2, 0.2, 0.22));
-    s.placed([-0.08, -0.06, 0.0], "Shape \"cylinder\" \"float radius\" [ 0.008 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.17 ]");
+    s.placed(
+        [-0.08, -0.06, 0.0],
+        "Shape \"cylinder\" \"float radius\" [ 0.008 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.17 ]",
+    );
     s.line(&matt(0.55, 0.25, 0.18));
     s.placed([0.3, 0.45, 0.12], "Shape \"sphere\" \"float radius\" [ 0.12 ]");
     s
@@ -170,7 +179,12 @@ fn skylight() -> Scene {
         s.quad([-1.8, -w, z], [0.0, 2.0 * w, 0.0], [1.8 - w, 0.0, 0.0]);
         s.quad([w, -w, z], [0.0, 2.0 * w, 0.0], [1.8 - w, 0.0, 0.0]);
     }
-    for (p, a) in [([-w, -w], [2.0 * w, 0.0]), ([w, -w], [0.0, 2.0 * w]), ([w, w], [-2.0 * w, 0.0]), ([-w, w], [0.0, -2.0 * w])] {
+    for (p, a) in [
+        ([-w, -w], [2.0 * w, 0.0]),
+        ([w, -w], [0.0, 2.0 * w]),
+        ([w, w], [-2.0 * w, 0.0]),
+        ([-w, w], [0.0, -2.0 * w]),
+    ] {
         s.quad([p[0], p[1], top], [a[0], a[1], 0.0], [0.0, 0.0, 0.12]);
     }
     // One closed body of glass: flat above, pyramids below, walls at the edge (a little inside of the frame).
@@ -309,7 +323,12 @@ fn fountain(directory: &Path) -> std::io::Result<Scene> {
         s.quad([low[0], y0, top], [0.0, y1 - y0, 0.0], [x0 - low[0], 0.0, 0.0]);
         s.quad([x1, y0, top], [0.0, y1 - y0, 0.0], [high[0] - x1, 0.0, 0.0]);
     }
-    for (p, a) in [([x0, y0], [x1 - x0, 0.0]), ([x1, y0], [0.0, y1 - y0]), ([x1, y1], [x0 - x1, 0.0]), ([x0, y1], [0.0, y0 - y1])] {
+    for (p, a) in [
+        ([x0, y0], [x1 - x0, 0.0]),
+        ([x1, y0], [0.0, y1 - y0]),
+        ([x1, y1], [x0 - x1, 0.0]),
+        ([x0, y1], [0.0, y0 - y1]),
+    ] {
         s.quad([p[0], p[1], 3.0], [a[0], a[1], 0.0], [0.0, 0.0, 0.2]);
     }
     // Floor around the basin, the basin's rim, and its inside of tiles.
@@ -329,7 +348,10 @@ fn fountain(directory: &Path) -> std::io::Result<Scene> {
     s.quad([-rim, rim, -0.4], [2.0 * rim, 0.0, 0.0], wall);
     s.quad([-rim, -rim, -0.4], wall, [2.0 * rim, 0.0, 0.0]);
     s.line(&matt(0.58, 0.56, 0.52));
-    s.placed([0.0, 0.0, -0.4], "Shape \"cylinder\" \"float radius\" [ 0.09 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.75 ]");
+    s.placed(
+        [0.0, 0.0, -0.4],
+        "Shape \"cylinder\" \"float radius\" [ 0.09 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.75 ]",
+    );
     s.placed([0.0, 0.0, 0.42], "Shape \"sphere\" \"float radius\" [ 0.16 ]");
     s.line(WATER);
     s.line("Shape \"plymesh\" \"string filename\" [ \"meshes/water.ply\" ]");
@@ -433,7 +455,10 @@ fn pane() -> Scene {
     s.line(WATER);
     s.line("Shape \"sphere\" \"float radius\" [ 1 ] \"float zmin\" [ 0.4 ] \"float zmax\" [ 1 ]");
     let rim = (1.0f64 - 0.16).sqrt();
-    s.line(&format!("ReverseOrientation Shape \"disk\" \"float radius\" [ {} ] \"float height\" [ 0.4 ]", numbers(&[rim])));
+    s.line(&format!(
+        "ReverseOrientation Shape \"disk\" \"float radius\" [ {} ] \"float height\" [ 0.4 ]",
+        numbers(&[rim])
+    ));
     s.line("ObjectEnd");
     let mut random = Random(5);
     let mut placed: Vec<(f64, f64, f64)> = Vec::new();
