@@ -208,8 +208,7 @@ impl<'a> Renderer<'a> {
         out.radiance = match self.options.mode {
             Mode::Path => {
                 let walker = Walker { world: self.world, zones: None, max_depth: self.options.max_depth };
-                let start =
-                    Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+                let start = Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0 };
                 walker.field_radiance_from(start, first, sampler, tally)
             }
             Mode::Zonal | Mode::Zones => self.specular_tree(ray, first, sampler, tally),

@@ -29,6 +29,8 @@ const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strat
 const ENOUGH_HITS: u64 = 16;
 /// Images this many times dimmer than the brightest luminaire are not watched for.
 const DIM: f64 = 16.0;
+/// What single-precision arithmetic may be off by, relative to the value, where there is no noise to show it.
+const ROUNDING: f64 = 2e-6;
 /// Gathers per group in the pilot.
 const PILOT: u32 = 4;
 /// The next stage is at most this much larger than the last.
@@ -182,7 +184,7 @@ impl<'a> Sense<'a> {
         Reading {
             value: Rgb(mean.map(|v| v as f32)),
             scalar,
-            half_width: student + unseen,
+            half_width: student + unseen + ROUNDING * scalar.abs(),
             gathers: per_group as u64 * GROUPS as u64,
             unseen,
             rays: groups.iter().map(|g| g.tally.rays).sum(),
@@ -217,7 +219,7 @@ impl<'a> Sense<'a> {
             let value = match self.options.receiver {
                 Receiver::Irradiance => irradiance(&walker, p, n, &PLAN, &mut sampler, &mut tally),
                 Receiver::Radiance => {
-                    let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+                    let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0 };
                     walker.field_radiance(start, &mut sampler, &mut tally)
                 }
             };

@@ -21,8 +21,6 @@ pub const ZONE_TRUST: f32 = 2.0;
 const ROULETTE_FROM: u32 = 3;
 /// No walk is longer; reached with probability below 1e-20 unless nothing absorbs.
 const LONGEST_WALK: u32 = 4096;
-/// Specular events of a chain; roulette ends it long before.
-const LONGEST_CHAIN: u32 = 256;
 
 /// What walks cost and found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -92,16 +90,25 @@ pub struct Start {
     pub arrival: Arrival,
     /// Scattering events before this ray.
     pub depth: u32,
-    /// What a luminaire counts at the end of a specular chain from the start: 1 unless something else looks for it too.
-    pub chain: f32,
 }
 
 impl<'a> Walker<'a> {
     /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
     pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         tally.rays += 1;
-        let hit = self.world.closest(start.origin, start.dir, f32::INFINITY);
-        self.field_radiance_from(start, hit, sampler, tally)
+        let (origin, dir) = (start.origin, start.dir);
+        let Some(hit) = self.world.closest_hit(origin, dir, f32::INFINITY) else {
+            return self.field_radiance_from(start, None, sampler, tally);
+        };
+        // Most gather rays end at once, on a plain zone.
+        if let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir)) {
+            let place = zones.map().locate_triangle(&hit, front, sampler.next2());
+            if hit.t >= ZONE_TRUST * place.radius {
+                return reflectance * zones.irradiance(place.zone, place.side) * std::f32::consts::FRAC_1_PI;
+            }
+        }
+        let surface = self.world.surface_behind(hit, origin, dir, f32::INFINITY);
+        self.field_radiance_from(start, surface, sampler, tally)
     }
 
     /// The same, given what the first ray meets.
@@ -117,7 +124,7 @@ impl<'a> Walker<'a> {
         let mut beta = Rgb::WHITE;
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
         // caustic bin holds the same.
-        let mut after_chain = Rgb::splat(start.chain);
+        let mut after_chain = Rgb::WHITE;
         let mut in_chain = false;
         let mut travelled = 0.0;
         loop {
@@ -184,40 +191,6 @@ impl<'a> Walker<'a> {
             (origin, dir) = (s.leave(wi), wi);
             tally.rays += 1;
             hit = self.world.closest(origin, dir, f32::INFINITY);
-        }
-        radiance
-    }
-
-    /// An estimate of what arrives along a ray from luminaires at the end of specular chains, and only that: the ray
-    /// follows mirrors and glass until it meets something else.
-    pub fn virtual_radiance(&self, origin: Vec3, dir: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
-        let (mut origin, mut dir, mut beta) = (origin, dir, Rgb::WHITE);
-        let mut radiance = Rgb::BLACK;
-        for depth in 0..LONGEST_CHAIN {
-            tally.rays += 1;
-            let Some(s) = self.world.closest(origin, dir, f32::INFINITY) else {
-                if depth > 0 {
-                    radiance += beta * self.sky(origin, dir, Arrival::Full);
-                }
-                break;
-            };
-            if depth > 0 {
-                radiance += beta * self.emission(&s, Arrival::Full);
-            }
-            let bsdf = self.world.bsdf(&s);
-            if !bsdf.has_delta() {
-                break;
-            }
-            let Some((wi, weight)) = specular_branch(&s, &bsdf, sampler.next1()) else { break };
-            beta *= weight;
-            if depth >= ROULETTE_FROM {
-                let survive = beta.max().min(0.95);
-                if sampler.next1() >= survive {
-                    break;
-                }
-                beta *= 1.0 / survive;
-            }
-            (origin, dir) = (s.leave(wi), wi);
         }
         radiance
     }
@@ -318,24 +291,6 @@ impl<'a> Walker<'a> {
         }
         f * l.radiance * (weight / l.pdf_solid_angle)
     }
-}
-
-/// One of the specular ways on from `s`, picked in proportion to what it carries, with its weight over probability.
-fn specular_branch(s: &Surface, bsdf: &Bsdf, u: f32) -> Option<(Vec3, Rgb)> {
-    let wo = s.frame.to_local(s.wo);
-    let branches = || bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Radiance)).flatten();
-    let all: f32 = branches().map(|b| b.weight.max()).sum();
-    let mut left = u * all;
-    for b in branches() {
-        let strength = b.weight.max();
-        if left < strength {
-            let wi = s.frame.to_world(b.wi).normalize();
-            let kept = s.is_front(wi) == (b.wi.z > 0.0);
-            return kept.then_some((wi, b.weight * (all / strength)));
-        }
-        left -= strength;
-    }
-    None
 }
 
 /// What a walk still has to follow behind a vertex.

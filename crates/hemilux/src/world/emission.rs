@@ -40,8 +40,10 @@ impl Luminaires {
             return self.emit_sky(scene, s, i, u_point, u_dir);
         }
         let emission = &self.emissions[item.emission as usize];
-        if let (Emitter::Quadric { sphere: Some((centre, r)), .. }, true) =
-            (&item.emitter, emission.profile != Profile::Uniform)
+        // Directions first where that is possible, so that those that matter are a region of two numbers.
+        let outward = |sign: f64| sign > 0.0 && !emission.two_sided && emission.image.is_none();
+        if let Emitter::Quadric { sphere: Some((centre, r)), sign, .. } = &item.emitter
+            && (emission.profile != Profile::Uniform || outward(*sign))
         {
             return emit_profile(scene, emission, item, i, *centre, *r, u_point, u_dir);
         }

@@ -240,6 +240,18 @@ impl Luminaires {
         }
     }
 
+    /// Mean radiance of luminaire `i` (luminance, W·sr⁻¹·m⁻²), as if it emitted evenly.
+    pub fn mean_radiance(&self, scene: &Scene, i: u32) -> f32 {
+        let item = &self.items[i as usize];
+        match item.emitter {
+            Emitter::Sky(s) => match &scene.environments[s] {
+                hemilux_scene::Environment::Sun { radiance, .. } => radiance.luminance(),
+                _ => 0.0,
+            },
+            _ => (item.pick as f64 * self.power / (std::f64::consts::PI * item.area as f64)) as f32,
+        }
+    }
+
     /// A bound on the radiance of any luminaire or sky in any direction, weighted over the bands by `weights`
     /// (non-negative).
     pub fn brightest(&self, scene: &Scene, weights: [f64; 3]) -> f64 {

@@ -5,14 +5,19 @@
 //! solution that gathers look up. A solution can be written to a file and read back ([`Zones::write`], [`Zones::read`]),
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
+pub mod aim;
+pub mod field;
 pub mod file;
 pub mod map;
 pub mod mesh;
 pub mod particles;
 pub mod records;
+pub mod sight;
+mod wire;
 
 use crate::bsdf::Bsdf;
 use crate::world::{Surface, World};
+use field::Field;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 pub use map::{ZoneMap, ZonePlace};
@@ -50,6 +55,8 @@ pub struct Zones {
     error: Vec<f32>,
     /// Where virtual luminaires are expected; nothing in a solution that was read from a file.
     records: Arc<Records>,
+    /// What the field radiance is expected to be; nothing in a solution that was read from a file.
+    field: Arc<Field>,
     /// Where the flux went, per particle (W).
     pub ledger: Ledger,
     /// Particles traced.
@@ -65,13 +72,17 @@ impl Zones {
     /// The same, but no further once `stop` (given the particles so far) says so.
     pub fn solve_until(world: &World, options: &ZoneOptions, stop: impl FnMut(u64) -> bool) -> Zones {
         let map = ZoneMap::new(world, options.budget);
-        let mut deposits = Deposits::new(map.len(), world.luminaires.power());
+        let mut deposits =
+            Deposits::new(map.len(), world.luminaires.power(), Some(sight::Sight::of_camera(world)));
         deposits.trace(world, &map, options.seed, options.particles, stop);
         Zones::finish(map, deposits)
     }
 
     fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
-        let records = Arc::new(Records::new(std::mem::take(&mut deposits.records)));
+        let mut finds = std::mem::take(&mut deposits.finds);
+        finds.records.append(&mut finds.zone_records);
+        let records = Arc::new(Records::new(finds.records));
+        let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;
         let (mut total, mut caustic, mut error) =
@@ -95,7 +106,7 @@ impl Zones {
             truncated: scale(l.truncated),
             rays: l.rays,
         };
-        Zones { map, total, caustic, error, records, ledger, particles: deposits.particles }
+        Zones { map, total, caustic, error, records, field, ledger, particles: deposits.particles }
     }
 
     /// The cut surfaces.
@@ -106,6 +117,11 @@ impl Zones {
     /// Where virtual luminaires are expected.
     pub fn records(&self) -> &Records {
         &self.records
+    }
+
+    /// What the field radiance is expected to be.
+    pub fn field(&self) -> &Field {
+        &self.field
     }
 
     /// Irradiance of a zone side (W·m⁻²).
