@@ -104,22 +104,22 @@ fn reflector() -> Scene {
     let mut s = Scene::new(
         "A bulb with a clear envelope in a reflector of dented flat facets: 228 images of the filament make the\n\
          pattern on the wall.",
-        [-0.62, -0.72, 0.42],
-        [0.02, 0.42, 0.24],
-        46.0,
+        [-0.42, -0.62, 0.4],
+        [0.0, 0.45, 0.25],
+        44.0,
     );
     s.line(&matt(0.72, 0.7, 0.66));
     room(&mut s, [-1.0, -1.0, 0.0], [1.0, 0.75, 1.4], false);
     // z is the axis here; turned to +y and lifted below.
-    s.line("AttributeBegin Translate -0.08 -0.05 0.22 Rotate -90 1 0 0");
+    s.line("AttributeBegin Translate 0.2 0.08 0.22 Rotate 14 0 0 1 Rotate -90 1 0 0");
     s.line("AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ 26000 20500 14000 ] Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]");
-    s.line("Translate -0.003 0 0.022 Rotate 90 0 1 0 Shape \"cylinder\" \"float radius\" [ 0.0005 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.006 ] AttributeEnd");
+    s.line("Translate -0.003 0 0.027 Rotate 90 0 1 0 Shape \"cylinder\" \"float radius\" [ 0.0005 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.006 ] AttributeEnd");
     s.placed(
-        [0.0, 0.0, 0.02],
+        [0.0, 0.0, 0.025],
         "Material \"thindielectric\" \"float eta\" [ 1.5 ] Shape \"sphere\" \"float radius\" [ 0.011 ]",
     );
     s.line("Material \"conductor\" \"rgb reflectance\" [ 0.88 0.88 0.86 ] \"float roughness\" [ 0 ]");
-    // A paraboloid of focal length 22 mm, its facets pushed about by up to 0.4 mm.
+    // A paraboloid of focal length 22 mm, its facets pushed about by up to 0.8 mm.
     let (rings, sectors, focus) = (10, 24, 0.022);
     let mut random = Random(7);
     let mut points = Vec::new();
@@ -127,7 +127,7 @@ fn reflector() -> Scene {
         let r = 0.008 + 0.047 * j as f64 / rings as f64;
         for i in 0..sectors {
             let phi = (i as f64 + 0.5 * (j % 2) as f64) / sectors as f64 * TAU;
-            let dent = if j == rings { 0.0 } else { random.within(-4e-4, 4e-4) };
+            let dent = if j == rings { 0.0 } else { random.within(-8e-4, 8e-4) };
             points.push([r * phi.cos(), r * phi.sin(), r * r / (4.0 * focus) + dent]);
         }
     }
@@ -151,11 +151,11 @@ fn reflector() -> Scene {
     // A stand, and something for the pattern to bend over.
     s.line(&matt(0.2, 0.2, 0.22));
     s.placed(
-        [-0.08, -0.06, 0.0],
+        [0.2, 0.07, 0.0],
         "Shape \"cylinder\" \"float radius\" [ 0.008 ] \"float zmin\" [ 0 ] \"float zmax\" [ 0.17 ]",
     );
     s.line(&matt(0.55, 0.25, 0.18));
-    s.placed([0.3, 0.45, 0.12], "Shape \"sphere\" \"float radius\" [ 0.12 ]");
+    s.placed([-0.5, 0.52, 0.12], "Shape \"sphere\" \"float radius\" [ 0.12 ]");
     s
 }
 
@@ -362,9 +362,9 @@ fn fountain(directory: &Path) -> std::io::Result<Scene> {
 fn grass() -> Scene {
     let mut s = Scene::new(
         "Dew on grass in the first sun: every drop is a lens that burns a small bright spot on its blade.",
-        [-0.035, -0.085, 0.036],
-        [0.0, 0.01, 0.022],
-        40.0,
+        [-0.03, -0.075, 0.04],
+        [-0.001, 0.0, 0.026],
+        25.0,
     );
     s.line("LightSource \"infinite\" \"rgb L\" [ 1.2 1.7 2.4 ]");
     s.line("LightSource \"distant\" \"rgb L\" [ 420 350 250 ] \"point3 from\" [ -0.8 0.55 0.5 ] \"point3 to\" [ 0 0 0 ]");
@@ -378,7 +378,7 @@ fn grass() -> Scene {
     for _ in 0..46 {
         let (x, y) = (random.within(-0.055, 0.055), random.within(-0.02, 0.07));
         let (turn, lean) = (random.within(0.0, TAU), random.within(0.15, 0.9));
-        let (length, width) = (random.within(0.03, 0.055), random.within(0.0016, 0.003));
+        let (length, width) = (random.within(0.03, 0.055), random.within(0.002, 0.0036));
         let steps = 7;
         let (mut points, mut faces): (Vec<V>, Vec<[usize; 3]>) = (Vec::new(), Vec::new());
         let along = [turn.cos(), turn.sin()];
@@ -425,9 +425,9 @@ fn pane() -> Scene {
     let mut s = Scene::new(
         "Drops on a window pane with the sun behind: each is a plano-convex lens that gathers the sun on the sheet of\n\
          paper on the sill.",
-        [-0.17, -0.3, 0.2],
-        [0.015, -0.02, 0.055],
-        36.0,
+        [-0.14, -0.33, 0.24],
+        [0.01, -0.045, 0.045],
+        38.0,
     );
     s.line("LightSource \"infinite\" \"rgb L\" [ 0.9 1.2 1.6 ]");
     s.line("LightSource \"distant\" \"rgb L\" [ 420 380 320 ] \"point3 from\" [ 0.25 0.75 0.62 ] \"point3 to\" [ 0 0 0 ]");
