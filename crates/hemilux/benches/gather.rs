@@ -72,7 +72,7 @@ fn kernels(c: &mut Criterion) {
         ("gather of 64 rays over zones, sobol", Some(&zones), Strategy::Sobol),
         ("gather of 64 rays continued as paths", None, Strategy::Jittered),
     ] {
-        let walker = Walker { world: &world, zones, max_depth: u32::MAX };
+        let walker = Walker { zones, ..Walker::path(&world) };
         let plan = GatherPlan { rays: 64, shadow_rays: 4, strategy };
         c.bench_function(name, |b| {
             b.iter(|| {
@@ -82,7 +82,7 @@ fn kernels(c: &mut Criterion) {
             })
         });
     }
-    let walker = Walker { world: &world, zones: None, max_depth: u32::MAX };
+    let walker = Walker::path(&world);
     c.bench_function("one path", |b| {
         b.iter(|| {
             i = i.wrapping_add(1);

@@ -40,7 +40,7 @@ fn lamps(c: &mut Criterion) {
     let plan = GatherPlan { rays: 16, shadow_rays: 4, strategy: Strategy::Sobol };
     for n in [1, 2, 4, 10, 100, 1000] {
         let world = hall(n);
-        let walker = Walker { world: &world, zones: None, max_depth: u32::MAX };
+        let walker = Walker::path(&world);
         let mut i = 0u32;
         c.bench_function(&format!("gather of 16 rays and 4 shadow rays, {n} lamps"), |b| {
             b.iter(|| {

@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plan = GatherPlan { rays: 4, shadow_rays: 4, strategy: Strategy::Jittered };
     for (name, text) in &scenes {
         let world = World::new(load_pbrt_str(text, Path::new("."), &LoadOptions::default())?.scene);
-        let walker = Walker { world: &world, zones: None, max_depth: u32::MAX };
+        let walker = Walker::path(&world);
         let mut total = 0.0;
         for r in 0..64u32 {
             let p = Vec3::new((r % 8) as f32 - 3.5, (r / 8) as f32 - 3.5, 0.0) * 0.5;

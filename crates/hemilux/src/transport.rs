@@ -6,6 +6,9 @@
 //! the diffuse part of the surface radiance is the zone's, and only narrower lobes go on. **Biased by the zones.**
 //! A vertex closer than that does not trust its zone: it takes the zone's caustic bin, samples luminaires, and goes on
 //! for a bounce.
+//! With a [`Residual`] the bias goes: at a vertex that ends on a zone the walk goes on as a path with probability q, and
+//! (path − zone) / q is added, whose expectation is what the zone gets wrong; a vertex that does not trust its zone takes
+//! nothing from it. Unbiased for the whole light transport, whatever the zones are.
 
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::sampler::Sampler;
@@ -68,6 +71,28 @@ pub fn power_heuristic(a: f32, b: f32) -> f32 {
     1.0 / (1.0 + r * r)
 }
 
+/// How walks that end on a zone make up for what the zone gets wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// Probability q that such a walk goes on as a path, in [0, 1]; 0: never, the zones' bias stays.
+    pub share: f32,
+    /// What the residual counts: 1. Anything else is wrong, and serves the tests to see that they notice.
+    pub weight: f32,
+}
+
+impl Residual {
+    /// No residuals.
+    pub const NONE: Residual = Residual { share: 0.0, weight: 1.0 };
+
+    /// Residuals with probability `share`.
+    pub fn new(share: f32) -> Residual {
+        Residual { share, weight: 1.0 }
+    }
+}
+
+/// Stream of a vertex's residual below the walk's own random numbers.
+const RESIDUAL_STREAM: u32 = 0xc0_44ec;
+
 /// Everything a walk needs to know.
 #[derive(Clone, Copy)]
 pub struct Walker<'a> {
@@ -77,6 +102,8 @@ pub struct Walker<'a> {
     pub zones: Option<&'a Zones>,
     /// Limit on scattering events (path tracing only).
     pub max_depth: u32,
+    /// What makes up for the zones' bias.
+    pub residual: Residual,
 }
 
 /// Where a walk starts.
@@ -93,6 +120,16 @@ pub struct Start {
 }
 
 impl<'a> Walker<'a> {
+    /// A path tracer without limit.
+    pub fn path(world: &'a World) -> Walker<'a> {
+        Walker { world, zones: None, max_depth: u32::MAX, residual: Residual::NONE }
+    }
+
+    /// Walks that end on zones.
+    pub fn zonal(world: &'a World, zones: &'a Zones) -> Walker<'a> {
+        Walker { zones: Some(zones), ..Walker::path(world) }
+    }
+
     /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
     pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         tally.rays += 1;
@@ -100,8 +137,10 @@ impl<'a> Walker<'a> {
         let Some(hit) = self.world.closest_hit(origin, dir, f32::INFINITY) else {
             return self.field_radiance_from(start, None, sampler, tally);
         };
-        // Most gather rays end at once, on a plain zone.
-        if let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir)) {
+        // Most gather rays end at once, on a plain zone: the same as below, with the same numbers.
+        if self.residual.share <= 0.0
+            && let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir))
+        {
             let place = zones.map().locate_triangle(&hit, front, sampler.next2());
             if hit.t >= ZONE_TRUST * place.radius {
                 return reflectance * zones.irradiance(place.zone, place.side) * std::f32::consts::FRAC_1_PI;
@@ -147,7 +186,7 @@ impl<'a> Walker<'a> {
             }
             let bsdf = self.world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, sampler);
+            let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, depth, sampler, tally);
             radiance += beta * zonal;
             let narrow;
             let on = match going_on {
@@ -243,7 +282,9 @@ impl<'a> Walker<'a> {
         bsdf: &Bsdf,
         wo: Vec3,
         travelled: f32,
+        depth: u32,
         sampler: &mut Sampler,
+        tally: &mut Tally,
     ) -> (Rgb, GoingOn) {
         let Some(zones) = self.zones else { return (Rgb::BLACK, GoingOn::All) };
         if !bsdf.has_diffuse() {
@@ -252,10 +293,59 @@ impl<'a> Walker<'a> {
         let jitter = sampler.next2();
         let place = zones.locate(self.world, s, jitter);
         if travelled >= ZONE_TRUST * place.radius {
-            (zones.reflected(&place, bsdf, wo), GoingOn::NarrowLobes)
+            let zonal = zones.reflected(&place, bsdf, wo);
+            (zonal + self.residual(s, bsdf, wo, zonal, depth, sampler, tally), GoingOn::NarrowLobes)
+        } else if self.residual.share > 0.0 {
+            (Rgb::BLACK, GoingOn::All)
         } else {
             (zones.reflected_caustic(&place, bsdf, wo), GoingOn::WithoutCaustic)
         }
+    }
+
+    /// An estimate of what the zone at `s` gets wrong: with probability q, (path − zone) / q, for the diffuse lobes only.
+    fn residual(
+        &self,
+        s: &Surface,
+        bsdf: &Bsdf,
+        wo: Vec3,
+        zonal: Rgb,
+        depth: u32,
+        sampler: &Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let Residual { share, weight } = self.residual;
+        // Numbers of its own: without residuals the walk is the same.
+        let mut sampler = sampler.branch(RESIDUAL_STREAM);
+        if share <= 0.0 || sampler.next1() >= share {
+            return Rgb::BLACK;
+        }
+        let path = self.diffuse_by_path(s, &bsdf.only_diffuse(), wo, depth, &mut sampler, tally);
+        (path - zonal) * (weight / share)
+    }
+
+    /// The surface radiance by diffuse lobes, continued as a path: luminaire sampling and a bounce, shared by the power
+    /// heuristic. Unbiased.
+    fn diffuse_by_path(
+        &self,
+        s: &Surface,
+        diffuse: &Bsdf,
+        wo: Vec3,
+        depth: u32,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let at = Receiver::surface(s, diffuse);
+        let direct = self.direct(s, &at, diffuse, wo, sampler, tally);
+        let (u_lobe, u) = (sampler.next1(), sampler.next2());
+        let Some(next) = diffuse.sample(wo, u_lobe, u, Quantity::Radiance) else { return direct };
+        let wi = s.frame.to_world(next.wi).normalize();
+        if s.is_front(wi) != (next.wi.z > 0.0) {
+            return direct;
+        }
+        let arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
+        let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: depth + 1 };
+        let path = Walker { zones: None, ..*self };
+        direct + next.weight * path.field_radiance(start, sampler, tally)
     }
 
     /// One luminaire sample at `s`, weighted against sampling the scattering.

@@ -290,7 +290,7 @@ fn a_thousand_lamps() {
 #[test]
 fn glossy_lobes_share_lamps_with_shadow_rays() {
     let world = many_lamps(true);
-    let walker = Walker { world: &world, zones: None, max_depth: u32::MAX };
+    let walker = Walker::path(&world);
     let n = Vec3::new(0.1, 0.3, 1.0).normalize();
     let mut s = sensor_surface(Vec3::new(0.1, -0.2, 0.0), n);
     s.wo = (n + Vec3::new(0.6, 0.1, 0.0)).normalize();

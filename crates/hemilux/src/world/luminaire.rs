@@ -16,6 +16,7 @@ use super::environment::Sky;
 use super::hierarchy::Hierarchy;
 pub use super::hierarchy::Receiver;
 use super::unit::{Density, LuminairePoint, Unit};
+use crate::wrong::{Wrong, makes};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
 use hemilux_scene::geom::{DAffine3, DVec3, Vec2, Vec3};
 use hemilux_scene::{Emission, FloatParam, Geometry, Profile, Quadric, Rgb, Scene};
@@ -87,6 +88,12 @@ pub struct LuminaireSample {
     pub met_by_rays: bool,
     /// End of the shadow ray, `None` at infinity.
     target: Option<Vec3>,
+}
+
+/// Cosine at the luminaire, between areas and solid angles.
+#[inline]
+fn cosine(n: Vec3, wi: Vec3) -> f32 {
+    if makes(Wrong::Cosine) { 1.0 } else { n.dot(wi).abs() }
 }
 
 impl Luminaires {
@@ -236,6 +243,11 @@ impl Luminaires {
                 }
                 _ => None,
             },
+            // What a sphere shows lies two thirds of its radius before its centre on average: with that much added, the
+            // ends of chains gather round the centre from wherever it is seen.
+            Emitter::Quadric { sphere: Some((_, r)), .. } => {
+                Some((item.emission, r as f32, 2.0 / 3.0 * r as f32))
+            }
             _ => Some((item.emission, self.radii[item.emission as usize], 0.0)),
         }
     }
@@ -341,7 +353,7 @@ impl Luminaires {
             return 0.0;
         }
         let by_area = |area: f32| {
-            let cos = n.dot(wi).abs();
+            let cos = cosine(n, wi);
             if cos > 0.0 { t * t / (area * cos) } else { 0.0 }
         };
         let unit = &self.units[number as usize];
@@ -448,8 +460,10 @@ impl Luminaires {
         if radiance.is_black() || pdf <= 0.0 || !pdf.is_finite() {
             return None;
         }
-        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error.
-        let target = offset_origin(point.q, point.error * 4.0, point.n, -wi);
+        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error and of the ray's own,
+        // which grows with its length: a luminaire in a coordinate plane has none itself.
+        let error = point.error * 4.0 + Vec3::splat(4.0 * f32::EPSILON * (point.q - at.p).length());
+        let target = offset_origin(point.q, error, point.n, -wi);
         Some(LuminaireSample {
             wi,
             radiance,

@@ -20,6 +20,7 @@ use crate::world::{Surface, World};
 use field::Field;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
+use hemiquad::points::Key;
 pub use map::{ZoneMap, ZonePlace};
 use particles::{Bin, Deposits, Ledger};
 use records::Records;
@@ -64,7 +65,8 @@ pub struct Zones {
 }
 
 impl Zones {
-    /// Cut the world and trace particles.
+    /// Cut the world and trace particles. The solution is a function of the world, the options and the number of
+    /// particles traced, bit for bit: what ended them does not show.
     pub fn solve(world: &World, options: &ZoneOptions) -> Zones {
         Zones::solve_until(world, options, |_| false)
     }
@@ -122,6 +124,13 @@ impl Zones {
     /// What the field radiance is expected to be.
     pub fn field(&self) -> &Field {
         &self.field
+    }
+
+    /// A hash of everything that gathers look up: two solutions with the same one give the same pictures.
+    pub fn fingerprint(&self) -> u64 {
+        let key = Key::new(self.particles).with(self.map.len() as u64).with(self.records.len());
+        let values = self.total.iter().chain(&self.caustic).flat_map(|v| v.0);
+        values.fold(key, |key, v| key.with(v.to_bits() as u64)).bits64(0)
     }
 
     /// Irradiance of a zone side (W·m⁻²).
