@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Renders the scenes of docs/gallery.md into docs/images: bench/gallery.sh [TIME [SCENE...]]
+# Renders the scenes of docs/gallery.md into docs/images: bench/gallery.sh [SECONDSs [SCENE...]]
 #   bench/gallery.sh 60s                 all of them, a minute each
 #   bench/gallery.sh 30s fountain        one
 # The pictures differ a little from run to run, since the number of samples follows the clock.

@@ -102,7 +102,7 @@ fn matt(r: f64, g: f64, b: f64) -> String {
 /// Filament, envelope, dented facets, wall.
 fn reflector() -> Scene {
     let mut s = Scene::new(
-        "A bulb with a clear envelope in a reflector of dented flat facets: 228 images of the filament make the\n\
+        "A bulb with a clear envelope in a reflector of 480 dented flat facets: their images of the filament make the\n\
          pattern on the wall.",
         [-0.42, -0.62, 0.4],
         [0.0, 0.45, 0.25],
