@@ -24,6 +24,9 @@ enum Line {
     Sensor(Vec3, Vec3),
 }
 
+/// Light particles that steer paths.
+const STEERING_PARTICLES: u64 = 1 << 19;
+
 /// Read sensors, write values.
 pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     set_threads(args.threads)?;
@@ -35,9 +38,21 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         SenseMode::Corrected => solutions(&world, &args, 1)?,
         SenseMode::Zonal => solutions(&world, &args, GROUPS as u64)?,
     };
+    // Paths are steered by what light particles find, where there is anything to find.
+    let steering = match args.mode {
+        SenseMode::Path if world.has_casters() => {
+            let options = ZoneOptions { budget: 1000, particles: STEERING_PARTICLES, seed: args.seed };
+            Some(Zones::solve_seen(&world, &options, None, |_| false))
+        }
+        _ => None,
+    };
     let sense = match args.mode {
         SenseMode::Corrected => Sense::corrected(&world, &zones, options(&args, &photometry)),
         _ => Sense::new(&world, &zones, options(&args, &photometry)),
+    };
+    let sense = match &steering {
+        Some(zones) => sense.steered(zones),
+        None => sense,
     };
     let mut writer = Writer::new(&args, photometry);
     if !args.talk.quiet {
@@ -88,7 +103,7 @@ fn solutions(world: &World, args: &SenseArgs, count: u64) -> Result<Vec<Zones>, 
     Ok((0..count)
         .map(|g| {
             let seed = options.seed.wrapping_mul(count).wrapping_add(g);
-            Zones::solve(world, &ZoneOptions { particles: each, seed, ..options })
+            Zones::solve_seen(world, &ZoneOptions { particles: each, seed, ..options }, None, |_| false)
         })
         .collect())
 }

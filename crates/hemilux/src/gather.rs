@@ -87,7 +87,7 @@ impl<'a> Broad<'a> {
                 *n = ((rays as f32 * share).ceil() as u32).max(1);
             }
         }
-        let Some(zones) = walker.zones else { return broad };
+        let Some(zones) = walker.guide() else { return broad };
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
         broad.prediction = zones.field().near(s.p, n);
         if let Some(prediction) = &broad.prediction {
@@ -116,7 +116,7 @@ pub fn gather(
 ) -> Rgb {
     let wo = s.frame.to_local(s.wo);
     let broad = Broad::new(walker, s, bsdf, wo, plan.rays);
-    let cones = match walker.zones {
+    let cones = match walker.guide() {
         Some(zones) if !zones.records().is_empty() => {
             let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
             Cones::new(zones.records(), s.p, n)

@@ -102,6 +102,8 @@ pub struct Sense<'a> {
     bright: f32,
     /// Whether residuals take the zones' bias away.
     corrected: bool,
+    /// What steers gathers that do not end on zones.
+    steer: Option<&'a Zones>,
 }
 
 /// Sums of one group: per band, and what it cost and found.
@@ -120,13 +122,26 @@ impl<'a> Sense<'a> {
         };
         let caution = if world.has_casters() { each } else { 0.0 };
         let luminance = world.luminaires.brightest(&world.scene, [0.2126, 0.7152, 0.0722]);
-        Sense { world, zones, options, caution, bright: (luminance / DIM) as f32, corrected: false }
+        Sense {
+            world,
+            zones,
+            options,
+            caution,
+            bright: (luminance / DIM) as f32,
+            corrected: false,
+            steer: None,
+        }
     }
 
     /// The same over zones, with residuals that take their bias away: unbiased, so that one solution serves all groups.
     /// How many gather rays carry one is decided for each sensor by pairs of gathers that are then thrown away.
     pub fn corrected(world: &'a World, zones: &'a [Zones], options: SenseOptions) -> Sense<'a> {
         Sense { corrected: true, ..Sense::new(world, zones, options) }
+    }
+
+    /// The same, steered by what the particles of `zones` have found; no value depends on it but by its noise.
+    pub fn steered(self, zones: &'a Zones) -> Sense<'a> {
+        Sense { steer: Some(zones), ..self }
     }
 
     /// Share of residuals that pays at a sensor.
@@ -253,7 +268,7 @@ impl<'a> Sense<'a> {
         residual: Residual,
     ) -> Group {
         let zones = if self.zones.is_empty() { None } else { Some(&self.zones[g % self.zones.len()]) };
-        let walker = Walker { zones, residual, ..Walker::path(self.world) };
+        let walker = Walker { zones, residual, steer: self.steer, ..Walker::path(self.world) };
         // Sobol' points continue over the gathers of a group: one long, well-spread set per group.
         let pixel = (index << 16) ^ ((stage as u64) << 8) ^ g as u64;
         let mut tally = Tally { bright: self.bright, ..Tally::default() };

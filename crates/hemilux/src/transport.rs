@@ -100,6 +100,9 @@ pub struct Walker<'a> {
     pub world: &'a World,
     /// Where walks may end; `None`: path tracing.
     pub zones: Option<&'a Zones>,
+    /// What steers gathers where that is not `zones`: its records and predicted field radiance cost noise or save it, and
+    /// change no mean.
+    pub steer: Option<&'a Zones>,
     /// Limit on scattering events (path tracing only).
     pub max_depth: u32,
     /// What makes up for the zones' bias.
@@ -122,7 +125,12 @@ pub struct Start {
 impl<'a> Walker<'a> {
     /// A path tracer without limit.
     pub fn path(world: &'a World) -> Walker<'a> {
-        Walker { world, zones: None, max_depth: u32::MAX, residual: Residual::NONE }
+        Walker { world, zones: None, steer: None, max_depth: u32::MAX, residual: Residual::NONE }
+    }
+
+    /// The solution that steers gathers.
+    pub fn guide(&self) -> Option<&'a Zones> {
+        self.steer.or(self.zones)
     }
 
     /// Walks that end on zones.

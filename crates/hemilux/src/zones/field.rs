@@ -11,7 +11,8 @@
 //!
 //! Invariants: the density integrates to 1 over the square; [`Prediction::sample`] and [`Prediction::pdf_solid_angle`] agree.
 
-use super::wire::{Node, is_tree, wire};
+use super::kd::{Kd, Placed, morton};
+use super::wire::wire;
 use hemilux_scene::geom::{Frame, Vec3};
 use hemiquad::map::{Cosine, Dir, Map, Uv};
 use rayon::prelude::*;
@@ -48,11 +49,9 @@ struct Leaf {
 }
 
 /// The prediction of a whole scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Field {
-    nodes: Vec<Node>,
-    /// Root per facing (±x, ±y, ±z), `u32::MAX` where there is nothing.
-    roots: [u32; 6],
+    kd: Kd,
     leaves: Vec<Leaf>,
     quads: Vec<Quad>,
 }
@@ -74,42 +73,35 @@ const BITS: u32 = 10;
 
 wire!(Quad { share, child });
 wire!(Leaf { frame, root });
-wire!(Field { nodes, roots, leaves, quads });
+wire!(Field { kd, leaves, quads });
 
-impl Default for Field {
-    fn default() -> Self {
-        Field { nodes: Vec::new(), roots: [u32::MAX; 6], leaves: Vec::new(), quads: Vec::new() }
+impl Placed for Incidence {
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+
+    fn normal(&self) -> Vec3 {
+        self.n
     }
 }
 
 impl Field {
     /// Group the arrivals. The result depends on `incidences` and their order alone.
     pub fn new(mut incidences: Vec<Incidence>) -> Field {
-        let mut all = Field::default();
-        incidences.sort_by_key(|i| facing(i.n));
-        let mut rest = incidences.as_mut_slice();
-        let mut groups: Vec<Group> = Vec::new();
-        for side in 0..6 {
-            let count = rest.partition_point(|i| facing(i.n) <= side);
-            let (here, later) = std::mem::take(&mut rest).split_at_mut(count);
-            rest = later;
-            if !here.is_empty() {
-                all.roots[side] = all.split(here, &mut groups);
-            }
-        }
+        let (kd, groups) = Kd::new(&mut incidences, |here| here.len() <= LEAF);
         let built: Vec<(Leaf, Vec<Quad>)> = (0..groups.len())
             .into_par_iter()
             .map_init(Vec::new, |near, i| {
                 near.clear();
-                let (low, high) = groups[i].dilated();
-                let side = facing(groups[i].members[0].n);
-                all.visit(all.roots[side], low, high, &mut |leaf| {
+                let (low, high) = groups[i].dilated(DILATE);
+                kd.visit(groups[i].members[0].n, low, high, &mut |leaf| {
                     let inside = |i: &&Incidence| i.p.cmpge(low).all() && i.p.cmple(high).all();
                     near.extend(groups[leaf as usize].members.iter().filter(inside).copied());
                 });
                 Leaf::new(near)
             })
             .collect();
+        let mut all = Field { kd, ..Field::default() };
         for (mut leaf, quads) in built {
             let base = all.quads.len() as u32;
             leaf.root = base;
@@ -122,46 +114,10 @@ impl Field {
         all
     }
 
-    /// Every leaf of the k-d tree below `node` that the box from `low` to `high` meets.
-    fn visit(&self, node: u32, low: Vec3, high: Vec3, f: &mut impl FnMut(u32)) {
-        match self.nodes[node as usize] {
-            Node::Leaf(leaf) => f(leaf),
-            Node::Split { axis, at, children } => {
-                if low[axis as usize] <= at {
-                    self.visit(children[0], low, high, f);
-                }
-                if high[axis as usize] >= at {
-                    self.visit(children[1], low, high, f);
-                }
-            }
-        }
-    }
-
-    fn split<'a>(&mut self, here: &'a mut [Incidence], groups: &mut Vec<Group<'a>>) -> u32 {
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for i in here.iter() {
-            (low, high) = (low.min(i.p), high.max(i.p));
-        }
-        let extent = high - low;
-        let axis = extent.max_position();
-        if here.len() <= LEAF || extent[axis] <= 0.0 {
-            groups.push(Group { members: here, low, high });
-            self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
-            return self.nodes.len() as u32 - 1;
-        }
-        let middle = here.len() / 2;
-        here.select_nth_unstable_by(middle, |a, b| a.p[axis].total_cmp(&b.p[axis]));
-        let at = here[middle].p[axis];
-        let (left, right) = here.split_at_mut(middle);
-        let children = [self.split(left, groups), self.split(right, groups)];
-        self.nodes.push(Node::Split { axis: axis as u8, at, children });
-        self.nodes.len() as u32 - 1
-    }
-
     /// Whether every look-up ends and stays within its lists.
     pub(super) fn is_sound(&self) -> bool {
         let quads = self.quads.len();
-        is_tree(&self.nodes, &self.roots, self.leaves.len())
+        self.kd.is_sound(self.leaves.len())
             && self.leaves.iter().all(|l| (l.root as usize) < quads)
             && self
                 .quads
@@ -182,47 +138,14 @@ impl Field {
 
     /// Bytes in use.
     pub fn memory_bytes(&self) -> usize {
-        self.nodes.len() * size_of::<Node>()
-            + self.leaves.len() * size_of::<Leaf>()
-            + self.quads.len() * size_of::<Quad>()
+        self.kd.memory_bytes() + self.leaves.len() * size_of::<Leaf>() + self.quads.len() * size_of::<Quad>()
     }
 
     /// What is predicted near `p` on a surface that faces unit `n`; `None` where no particle has been.
     #[inline]
     pub fn near(&self, p: Vec3, n: Vec3) -> Option<Prediction<'_>> {
-        let mut node = self.nodes.get(self.roots[facing(n)] as usize)?;
-        loop {
-            match node {
-                Node::Split { axis, at, children } => {
-                    node = &self.nodes[children[(p[*axis as usize] >= *at) as usize] as usize];
-                }
-                Node::Leaf(leaf) => {
-                    let leaf = &self.leaves[*leaf as usize];
-                    return Some(Prediction { quads: &self.quads, leaf });
-                }
-            }
-        }
-    }
-}
-
-/// Which of ±x, ±y, ±z a normal is closest to.
-pub(super) fn facing(n: Vec3) -> usize {
-    let axis = n.abs().max_position();
-    axis * 2 + (n[axis] < 0.0) as usize
-}
-
-/// The arrivals of a leaf while it is built.
-struct Group<'a> {
-    members: &'a [Incidence],
-    low: Vec3,
-    high: Vec3,
-}
-
-impl Group<'_> {
-    /// A box that reaches half its own size into the neighbourhood: what only a corner of the leaf sees was met there too.
-    fn dilated(&self) -> (Vec3, Vec3) {
-        let margin = Vec3::splat(DILATE * (self.high - self.low).max_element());
-        (self.low - margin, self.high + margin)
+        let leaf = &self.leaves[self.kd.leaf(p, n)?];
+        Some(Prediction { quads: &self.quads, leaf })
     }
 }
 
@@ -284,17 +207,6 @@ fn mix(quads: &mut [Quad], node: u32, learnt: f32, even: f32) {
             mix(quads, child, learnt * share, 0.25 * even);
         }
     }
-}
-
-/// Interleave the bits of two numbers below 2¹⁶; `x` takes the even ones.
-pub(super) fn morton(x: u32, y: u32) -> u32 {
-    let spread = |v: u32| {
-        let v = (v | v << 8) & 0x00ff_00ff;
-        let v = (v | v << 4) & 0x0f0f_0f0f;
-        let v = (v | v << 2) & 0x3333_3333;
-        (v | v << 1) & 0x5555_5555
-    };
-    spread(x) | spread(y) << 1
 }
 
 /// The partition of one neighbourhood.

@@ -8,6 +8,7 @@
 pub mod aim;
 pub mod field;
 pub mod file;
+mod kd;
 pub mod map;
 pub mod mesh;
 pub mod particles;
@@ -73,9 +74,18 @@ impl Zones {
 
     /// The same, but no further once `stop` (given the particles so far) says so.
     pub fn solve_until(world: &World, options: &ZoneOptions, stop: impl FnMut(u64) -> bool) -> Zones {
+        Zones::solve_seen(world, options, Some(sight::Sight::of_camera(world)), stop)
+    }
+
+    /// The same, with particles aimed at what `sight` sees instead of what the camera does; `None`: at everything.
+    pub fn solve_seen(
+        world: &World,
+        options: &ZoneOptions,
+        sight: Option<sight::Sight>,
+        stop: impl FnMut(u64) -> bool,
+    ) -> Zones {
         let map = ZoneMap::new(world, options.budget);
-        let mut deposits =
-            Deposits::new(map.len(), world.luminaires.power(), Some(sight::Sight::of_camera(world)));
+        let mut deposits = Deposits::new(map.len(), world.luminaires.power(), sight);
         deposits.trace(world, &map, options.seed, options.particles, stop);
         Zones::finish(map, deposits)
     }

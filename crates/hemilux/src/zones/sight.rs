@@ -3,7 +3,7 @@
 //! The importance of B. Smits, J. Arvo and D. Salesin 1992, reduced to a yes or no per voxel and facing. It steers where
 //! particles are sent; it never enters an estimate.
 
-use super::field::facing;
+use super::kd::facing;
 use crate::bsdf::Transport;
 use crate::world::World;
 use crate::world::camera::Lens;

@@ -111,47 +111,6 @@ pub(super) use wire;
 
 wire!(Frame { s, t, n });
 
-/// A node of a k-d tree of places.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Node {
-    /// Across `axis` at `at`: the lower and the upper half, each before this node in the list.
-    Split { axis: u8, at: f32, children: [u32; 2] },
-    /// Number of the leaf.
-    Leaf(u32),
-}
-
-impl Wire for Node {
-    fn put(&self, out: &mut Vec<u8>) {
-        match self {
-            Node::Split { axis, at, children } => {
-                axis.put(out);
-                at.put(out);
-                children.put(out);
-            }
-            Node::Leaf(leaf) => {
-                u8::MAX.put(out);
-                leaf.put(out);
-            }
-        }
-    }
-
-    fn take(at: &mut &[u8]) -> Result<Self, ZoneFileError> {
-        match u8::take(at)? {
-            u8::MAX => Ok(Node::Leaf(u32::take(at)?)),
-            axis => Ok(Node::Split { axis, at: f32::take(at)?, children: Wire::take(at)? }),
-        }
-    }
-}
-
-/// Whether every way down from the roots (`u32::MAX` for none) ends at one of `leaves` leaves.
-pub(super) fn is_tree(nodes: &[Node], roots: &[u32], leaves: usize) -> bool {
-    let sound = |(i, node): (usize, &Node)| match node {
-        Node::Split { axis, children, .. } => *axis < 3 && children.iter().all(|c| (*c as usize) < i),
-        Node::Leaf(leaf) => (*leaf as usize) < leaves,
-    };
-    nodes.iter().enumerate().all(sound) && roots.iter().all(|r| *r == u32::MAX || (*r as usize) < nodes.len())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,14 +128,5 @@ mod tests {
         let mut long = Vec::new();
         u64::MAX.put(&mut long);
         assert!(Vec::<u32>::take(&mut long.as_slice()).is_err());
-    }
-
-    #[test]
-    fn loops_and_strays_are_not_trees() {
-        let split = |a, b| Node::Split { axis: 0, at: 0.0, children: [a, b] };
-        assert!(is_tree(&[Node::Leaf(0), Node::Leaf(1), split(0, 1)], &[2, u32::MAX], 2));
-        assert!(!is_tree(&[Node::Leaf(0), split(0, 1)], &[1], 1), "a node below itself");
-        assert!(!is_tree(&[Node::Leaf(3)], &[0], 1), "no such leaf");
-        assert!(!is_tree(&[Node::Leaf(0)], &[1], 1), "no such root");
     }
 }

@@ -22,9 +22,9 @@ const WIDEST: f32 = 0.15;
 const BY_FLUX: f32 = 0.25;
 const EVENLY: f32 = 0.1;
 /// An image counts as seen when this much of its radius, at least, is within the patch's rectangle or near it.
-const PARTLY: f32 = 0.7;
+const PARTLY: f32 = 0.8;
 /// An image seen past a patch of its chain counts this much.
-const BESIDE: f32 = 0.02;
+const BESIDE: f32 = 0.1;
 
 /// A mixture of cones of directions.
 #[derive(Clone, Debug)]

@@ -14,8 +14,8 @@ mod model;
 
 pub use cones::{Cones, MOST};
 
-use super::field::{facing, morton};
-use super::wire::{Node, is_tree, wire};
+use super::kd::{Group, Kd, Placed, morton};
+use super::wire::wire;
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
@@ -66,9 +66,7 @@ const UNGATED: u8 = 3;
 
 /// All candidates, found by place and facing.
 pub struct Records {
-    nodes: Vec<Node>,
-    /// Root per facing (±x, ±y, ±z), [`NONE`] where there is nothing.
-    roots: [u32; 6],
+    kd: Kd,
     /// First candidate of each leaf, and one past the last.
     first: Vec<u32>,
     candidates: Vec<Candidate>,
@@ -97,6 +95,8 @@ const LARGEST: usize = 4096;
 const PER_SIGNATURE: usize = 4;
 /// A leaf learns from a box this much of its size larger on every side.
 const DILATE: f32 = 0.5;
+/// Halvings of a signature's records in search of several images.
+const IMAGES: u32 = 2;
 /// A record outside the leaf's own box counts this much.
 const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
@@ -106,13 +106,12 @@ pub const LARGE: f32 = 0.15;
 const UNRECORDED: f32 = 0.25;
 
 wire!(Candidate { signature, linear, best, gate, share });
-wire!(Records { nodes, roots, first, candidates, signatures, linears, records });
+wire!(Records { kd, first, candidates, signatures, linears, records });
 
 impl Default for Records {
     fn default() -> Self {
         Records {
-            nodes: Vec::new(),
-            roots: [NONE; 6],
+            kd: Kd::default(),
             first: vec![0],
             candidates: Vec::new(),
             signatures: Vec::new(),
@@ -130,13 +129,6 @@ fn distinct(records: &[Record]) -> usize {
     names.len()
 }
 
-/// The records of a leaf while it is built.
-struct Group<'a> {
-    members: &'a [Record],
-    low: Vec3,
-    high: Vec3,
-}
-
 /// A finished leaf: candidates, and their regressions.
 type Found = Vec<(Candidate, Option<Linear>)>;
 
@@ -145,17 +137,11 @@ impl Records {
     pub fn new(mut records: Vec<Record>) -> Records {
         let mut all = Records { records: records.len() as u64, ..Records::default() };
         all.name_signatures(&mut records);
-        records.sort_by_key(|r| facing(r.n));
-        let mut rest = records.as_mut_slice();
-        let mut groups: Vec<Group> = Vec::new();
-        for side in 0..6 {
-            let count = rest.partition_point(|r| facing(r.n) <= side);
-            let (here, later) = std::mem::take(&mut rest).split_at_mut(count);
-            rest = later;
-            if !here.is_empty() {
-                all.roots[side] = all.split(here, &mut groups);
-            }
-        }
+        let small = |here: &[Record]| {
+            here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here)
+        };
+        let (kd, groups) = Kd::new(&mut records, small);
+        all.kd = kd;
         let this = &all;
         let found: Vec<Found> = (0..groups.len())
             .into_par_iter()
@@ -186,53 +172,14 @@ impl Records {
             .for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
     }
 
-    fn split<'a>(&mut self, here: &'a mut [Record], groups: &mut Vec<Group<'a>>) -> u32 {
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for r in here.iter() {
-            (low, high) = (low.min(r.p), high.max(r.p));
-        }
-        let extent = high - low;
-        let axis = extent.max_position();
-        let small =
-            here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here);
-        if small || extent[axis] <= 0.0 {
-            groups.push(Group { members: here, low, high });
-            self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
-            return self.nodes.len() as u32 - 1;
-        }
-        let middle = here.len() / 2;
-        here.select_nth_unstable_by(middle, |a, b| a.p[axis].total_cmp(&b.p[axis]));
-        let at = here[middle].p[axis];
-        let (left, right) = here.split_at_mut(middle);
-        let children = [self.split(left, groups), self.split(right, groups)];
-        self.nodes.push(Node::Split { axis: axis as u8, at, children });
-        self.nodes.len() as u32 - 1
-    }
-
-    /// Every leaf of the k-d tree below `node` that the box from `low` to `high` meets.
-    fn visit(&self, node: u32, low: Vec3, high: Vec3, f: &mut impl FnMut(u32)) {
-        match self.nodes[node as usize] {
-            Node::Leaf(leaf) => f(leaf),
-            Node::Split { axis, at, children } => {
-                if low[axis as usize] <= at {
-                    self.visit(children[0], low, high, f);
-                }
-                if high[axis as usize] >= at {
-                    self.visit(children[1], low, high, f);
-                }
-            }
-        }
-    }
-
     /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it.
     /// `near` is scratch space.
-    fn leaf(&self, groups: &[Group], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Found {
+    fn leaf(&self, groups: &[Group<Record>], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Found {
         let Group { members, low, high } = groups[i];
-        let margin = Vec3::splat(DILATE * (high - low).max_element());
-        let (wide_low, wide_high) = (low - margin, high + margin);
+        let (wide_low, wide_high) = groups[i].dilated(DILATE);
         let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
         near.clear();
-        self.visit(self.roots[facing(members[0].n)], wide_low, wide_high, &mut |leaf| {
+        self.kd.visit(members[0].n, wide_low, wide_high, &mut |leaf| {
             for (k, r) in groups[leaf as usize].members.iter().enumerate() {
                 if within(r.p, wide_low, wide_high) {
                     near.push((r.signature, leaf, k as u32));
@@ -251,17 +198,25 @@ impl Records {
             let place = self.signatures[names[0].0 as usize].places[candidate.best as usize].sin2(centre);
             let first = record(&names[0]);
             let seen = first.radius / first.length;
-            let mut linear = None;
             // No regression where a fixed place says as much.
-            if place > 2.5 * seen * seen {
-                group.clear();
-                group.extend(names.iter().map(record));
-                linear = Linear::fit(&group).filter(|l| l.sin2 < 0.7 * place);
-                if linear.is_some() {
-                    candidate.gate = UNGATED;
-                }
+            if place <= 2.5 * seen * seen {
+                found.push((candidate, None));
+                continue;
             }
-            found.push((candidate, linear));
+            group.clear();
+            group.extend(names.iter().map(record));
+            let mut rest = group.len();
+            let images = Linear::fit_images(&mut group, IMAGES);
+            for (linear, count) in images {
+                let part = count as f32 / group.len() as f32;
+                let linear = linear.filter(|l| l.sin2 < 0.7 * place);
+                // What no regression explains is left to the places, once.
+                if linear.is_some() || rest == group.len() {
+                    candidate.gate = if linear.is_some() { UNGATED } else { candidate.gate };
+                    found.push((Candidate { share: share * part, ..candidate }, linear));
+                }
+                rest -= count;
+            }
         }
         self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
         let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
@@ -331,7 +286,7 @@ impl Records {
                 && c.gate <= UNGATED
         };
         !self.first.is_empty()
-            && is_tree(&self.nodes, &self.roots, self.first.len() - 1)
+            && self.kd.is_sound(self.first.len() - 1)
             && self.first.is_sorted()
             && self.first.last().is_some_and(|l| *l as usize == self.candidates.len())
             && self.candidates.iter().all(known)
@@ -349,7 +304,7 @@ impl Records {
 
     /// Bytes in use.
     pub fn memory_bytes(&self) -> usize {
-        self.nodes.len() * size_of::<Node>()
+        self.kd.memory_bytes()
             + self.candidates.len() * size_of::<Candidate>()
             + self.signatures.len() * size_of::<Signature>()
             + self.linears.len() * size_of::<Linear>()
@@ -357,17 +312,20 @@ impl Records {
 
     /// The candidates near `p` on a surface that faces `n`.
     fn near(&self, p: Vec3, n: Vec3) -> &[Candidate] {
-        let mut node = self.roots[facing(n)];
-        while let Some(Node::Split { axis, at, children }) = self.nodes.get(node as usize) {
-            node = children[(p[*axis as usize] >= *at) as usize];
+        match self.kd.leaf(p, n) {
+            Some(leaf) => &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize],
+            None => &[],
         }
-        match self.nodes.get(node as usize) {
-            Some(Node::Leaf(leaf)) => {
-                let leaf = *leaf as usize;
-                &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize]
-            }
-            _ => &[],
-        }
+    }
+}
+
+impl Placed for Record {
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+
+    fn normal(&self) -> Vec3 {
+        self.n
     }
 }
 

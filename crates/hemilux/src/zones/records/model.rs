@@ -211,6 +211,27 @@ impl Linear {
         Some(Linear { p, frame, slope, sin2: (angle * angle).min(1.0) })
     }
 
+    /// The regressions of the images that `group` holds: one, or up to four where a fold shows the luminaire several times
+    /// and halving the group by direction explains it far better. Each with the part of the group it stands for, as
+    /// lengths in order; `group` is put in that order.
+    pub fn fit_images(group: &mut [Record], depth: u32) -> Vec<(Option<Linear>, usize)> {
+        let whole = Linear::fit(group);
+        let seen = group[0].radius / group[0].length;
+        let loose = whole.is_none_or(|l| l.sin2 > 9.0 * seen * seen);
+        if depth == 0 || group.len() < 2 * ENOUGH || !loose {
+            return vec![(whole, group.len())];
+        }
+        let count = halve(group);
+        let (a, b) = group.split_at_mut(count);
+        if a.len() < ENOUGH || b.len() < ENOUGH {
+            return vec![(whole, group.len())];
+        }
+        let mut parts = Linear::fit_images(a, depth - 1);
+        parts.extend(Linear::fit_images(b, depth - 1));
+        let all: f32 = parts.iter().map(|p| p.0.map_or(1.0, |l| l.sin2)).sum();
+        if all < 0.5 * whole.map_or(1.0, |l| l.sin2) { parts } else { vec![(whole, group.len())] }
+    }
+
     /// The direction at `x`, unit.
     #[inline]
     pub fn dir(&self, x: Vec3) -> Vec3 {
@@ -220,6 +241,31 @@ impl Linear {
         let b = self.slope[1][0] * u + self.slope[1][1] * v;
         (self.frame.n + self.frame.s * a + self.frame.t * b).normalize()
     }
+}
+
+/// Order records so that two clusters of direction follow one another (two-means); returns the length of the first.
+fn halve(group: &mut [Record]) -> usize {
+    let farthest = |from: Vec3| {
+        let far = |a: &&Record, b: &&Record| {
+            (a.dir - from).length_squared().total_cmp(&(b.dir - from).length_squared())
+        };
+        group.iter().max_by(far).map_or(from, |r| r.dir)
+    };
+    let first = farthest(group[0].dir);
+    let mut centres = [first, farthest(first)];
+    let nearer = |r: &Record, c: &[Vec3; 2]| {
+        ((r.dir - c[1]).length_squared() < (r.dir - c[0]).length_squared()) as usize
+    };
+    for _ in 0..4 {
+        let mut sums = [(Vec3::ZERO, 0.0f32); 2];
+        for r in group.iter() {
+            let sum = &mut sums[nearer(r, &centres)];
+            *sum = (sum.0 + r.dir, sum.1 + 1.0);
+        }
+        centres = [0, 1].map(|i| if sums[i].1 > 0.0 { sums[i].0 / sums[i].1 } else { centres[i] });
+    }
+    group.sort_by_key(|r| nearer(r, &centres));
+    group.partition_point(|r| nearer(r, &centres) == 0)
 }
 
 /// Least squares: the 2 × 2 matrix that carries tangential displacement to change of direction.
