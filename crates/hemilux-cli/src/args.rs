@@ -55,6 +55,8 @@ pub enum Verb {
     },
     /// Say what a scene or a picture holds
     Info(InfoArgs),
+    /// Look for what a lighting model probably does not mean: open glass, doubled surfaces, lamps that light nothing
+    Check(CheckArgs),
     /// Compare pictures and make them fit for a screen
     #[command(subcommand)]
     Image(ImageVerb),
@@ -73,6 +75,7 @@ impl Verb {
             Verb::Zones(a) => a.talk,
             Verb::Sense(a) => a.talk,
             Verb::Info(a) => a.talk,
+            Verb::Check(a) => a.talk,
             Verb::Image(ImageVerb::Diff(a)) => a.talk,
             Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
             Verb::Image(ImageVerb::Falsecolor(a)) => a.talk,
@@ -296,6 +299,23 @@ pub enum ImageVerb {
     Falsecolor(FalsecolorArgs),
     /// Say what a picture holds
     Info(ImageInfoArgs),
+}
+
+/// `check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Scene files; several make one scene
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// $KEY in the scene stands for VALUE
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = values::define)]
+    pub defines: Vec<(String, String)>,
+    /// Anything found is an error (exit code 5)
+    #[arg(long)]
+    pub strict: bool,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
 }
 
 /// `image diff`.

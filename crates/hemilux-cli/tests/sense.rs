@@ -1,4 +1,4 @@
-//! `hemilux sense` and `hemilux rtrace`, run as programs.
+//! `hemilux sense`, `hemilux rtrace` and `hemilux check`, run as programs.
 
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
@@ -152,4 +152,22 @@ fn lines_that_are_no_text_and_zones_are_named() {
     let out = run(&["sense", "lamp.rad", "--mode", "zonal", "--particles", "1000"], "0 0 0 0 0 1\n");
     assert!(text(&out.stderr).contains("each with zones of its own"), "{}", text(&out.stderr));
     assert!(text(&out.stderr).contains("is not in them"), "{}", text(&out.stderr));
+}
+
+/// Findings are counted on standard output and said on standard error; `--strict` makes exit code 5 of them.
+#[test]
+fn check_counts_and_is_strict_when_asked() {
+    let out = run(&["check", "dome.rad"], "");
+    // The dome is open below: between its floor and its rim light leaves.
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let counted: u32 = text(&out.stdout).split(' ').next().and_then(|n| n.parse().ok()).expect("a count");
+    let strict = run(&["check", "--strict", "dome.rad"], "");
+    assert_eq!(strict.status.code(), Some(if counted == 0 { 0 } else { 5 }), "{}", text(&out.stderr));
+    // A lamp alone: all that it emits leaves, and it lights nothing.
+    let out = run(&["check", "--strict", "--message-format", "short", "lamp.rad"], "");
+    assert_eq!((out.status.code(), text(&out.stdout).as_str()), (Some(5), "2 findings\n"));
+    let said = text(&out.stderr);
+    assert!(said.contains("lamp.rad:2:6: warning: a luminaire lights nothing"), "{said}");
+    assert!(said.contains("100 % of what the luminaires emit leaves the scene"), "{said}");
+    assert_eq!(run(&["check", "nowhere.rad"], "").status.code(), Some(1));
 }

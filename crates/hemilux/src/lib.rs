@@ -8,6 +8,7 @@
 //! reference, [`transport`] without zones) and `zones` (the zonal solution as one sees it).
 
 pub mod bsdf;
+pub mod check;
 pub mod film;
 pub mod gather;
 pub mod picture;
