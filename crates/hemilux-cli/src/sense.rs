@@ -24,6 +24,9 @@ enum Line {
     Sensor(Vec3, Vec3),
 }
 
+/// Light particles that steer paths.
+const STEERING_PARTICLES: u64 = 1 << 19;
+
 /// Read sensors, write values.
 pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     set_threads(args.threads)?;
@@ -32,9 +35,25 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     let world = World::new(scene);
     let zones = match args.mode {
         SenseMode::Path => Vec::new(),
-        SenseMode::Zonal => solutions(&world, &args)?,
+        SenseMode::Corrected => solutions(&world, &args, 1)?,
+        SenseMode::Zonal => solutions(&world, &args, GROUPS as u64)?,
     };
-    let sense = Sense::new(&world, &zones, options(&args, &photometry));
+    // Paths are steered by what light particles find, where there is anything to find.
+    let steering = match args.mode {
+        SenseMode::Path if world.has_casters() => {
+            let options = ZoneOptions { budget: 1000, particles: STEERING_PARTICLES, seed: args.seed };
+            Some(Zones::solve_seen(&world, &options, None, |_| false))
+        }
+        _ => None,
+    };
+    let sense = match args.mode {
+        SenseMode::Corrected => Sense::corrected(&world, &zones, options(&args, &photometry)),
+        _ => Sense::new(&world, &zones, options(&args, &photometry)),
+    };
+    let sense = match &steering {
+        Some(zones) => sense.steered(zones),
+        None => sense,
+    };
     let mut writer = Writer::new(&args, photometry);
     if !args.talk.quiet {
         talk::line(&preamble(&args, &photometry, &zones, begin.elapsed()));
@@ -77,15 +96,15 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     Ok(())
 }
 
-fn solutions(world: &World, args: &SenseArgs) -> Result<Vec<Zones>, Failure> {
+fn solutions(world: &World, args: &SenseArgs, count: u64) -> Result<Vec<Zones>, Failure> {
     let options =
         crate::plan::solution(args.solution.zone_budget, args.solution.particles, args.seed, false)?;
     // The particles are shared out: as many in all as one solution would have.
-    let each = (options.particles / GROUPS as u64).max(1);
-    Ok((0..GROUPS as u64)
+    let each = (options.particles / count).max(1);
+    Ok((0..count)
         .map(|g| {
-            let seed = options.seed.wrapping_mul(GROUPS as u64).wrapping_add(g);
-            Zones::solve(world, &ZoneOptions { particles: each, seed, ..options })
+            let seed = options.seed.wrapping_mul(count).wrapping_add(g);
+            Zones::solve_seen(world, &ZoneOptions { particles: each, seed, ..options }, None, |_| false)
         })
         .collect())
 }
@@ -132,6 +151,9 @@ impl QuantityName {
 fn preamble(args: &SenseArgs, photometry: &Photometry, zones: &[Zones], prepared: Duration) -> String {
     let convention = format!("photometry: {}", photometry.name);
     let interval = match zones {
+        _ if args.mode == SenseMode::Corrected => {
+            "intervals: 95 %, Student over 16 independent groups; gather rays end on zones with residuals (unbiased)".to_string()
+        }
         [] => {
             "intervals: 95 %, Student over 16 independent groups; gather rays continued as paths (unbiased)"
                 .to_string()

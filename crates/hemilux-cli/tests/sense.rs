@@ -1,7 +1,9 @@
 //! `hemilux sense`, `hemilux rtrace` and `hemilux check`, run as programs.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
 
 /// A lamp of 10 cm radius over a black floor, its irradiance at the origin known: π L sin² of its half-angle, over the
 /// cosine: straight up.
@@ -20,14 +22,19 @@ fn run(arguments: &[&str], input: &str) -> Output {
 }
 
 fn run_bytes(arguments: &[&str], input: &[u8]) -> Output {
-    let directory = std::env::temp_dir().join(format!("hemilux-sense-{}", std::process::id()));
-    std::fs::create_dir_all(&directory).expect("a directory for the scene");
-    for (name, text) in [("lamp.rad", LAMP), ("lamp.pbrt", PBRT), ("dome.rad", DOME)] {
-        std::fs::write(directory.join(name), text).expect("the scene");
-    }
+    // Written once: tests run side by side.
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    let directory = DIRECTORY.get_or_init(|| {
+        let directory = std::env::temp_dir().join(format!("hemilux-sense-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).expect("a directory for the scene");
+        for (name, text) in [("lamp.rad", LAMP), ("lamp.pbrt", PBRT), ("dome.rad", DOME)] {
+            std::fs::write(directory.join(name), text).expect("the scene");
+        }
+        directory
+    });
     let mut child = Command::new(env!("CARGO_BIN_EXE_hemilux"))
         .args(arguments)
-        .current_dir(&directory)
+        .current_dir(directory)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

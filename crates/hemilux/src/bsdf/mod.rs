@@ -55,6 +55,7 @@ mod ward;
 pub use ggx::SMOOTH_ALPHA;
 pub use lobe::{Branch, Lobe, LobeClass};
 
+use crate::wrong::{Wrong, makes};
 use coat::Coat;
 use ggx::Ggx;
 use hemilux_scene::Rgb;
@@ -257,7 +258,9 @@ impl Bsdf {
             }));
         }
         let kinds = [(facets, Event::Reflect), (through, Event::Transmit)];
+        let part = if makes(Wrong::Mirrors) { 0.9 } else { 1.0 };
         for (colour, (ward, event)) in specular.map(albedo).into_iter().zip(kinds) {
+            let colour = colour * part;
             bsdf.push(Lobe(Shape::Facets { colour, grazing, ward, event, weight: 1.0 }));
         }
         bsdf

@@ -22,7 +22,7 @@ fn lux(e: Estimate) -> Estimate {
 fn case_5_2_a_point_source() {
     let world = rad(&isotropic(1e4, [0.0, 0.0, 3.0], 0.01));
     for (x, truth) in [(0.0, 88.4194), (1.0, 75.4938), (2.0, 50.9327), (3.0, 31.2610), (5.0, 12.0418)] {
-        let e = 1e4 / (4.0 * PI) * 3.0 / (9.0 + x * x as f64).powf(1.5);
+        let e = 1e4 / (4.0 * PI) * 3.0 / (9.0f64 + x * x).powf(1.5);
         assert!((e - truth).abs() < 1e-4, "the closed form itself");
         lux(sensed(&world, [x, 0.0, 0.0], UP, 512)).check(&format!("5.2, {x} m"), e, 1.005 * e);
     }
