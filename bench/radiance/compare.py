@@ -75,7 +75,7 @@ def rtrace(scene, points, options, args):
 
 def hemilux(scene, points, args):
     """Lux by hemilux with the 95 % half-width, for each point."""
-    words = [args.hemilux, "sense", scene, "--ci", "--quiet", "--target-error", args.target]
+    words = [args.hemilux, "sense", scene, "--ci", "--quiet", "--target-error", args.target, "--limit", args.limit]
     out = run(words, input="\n".join(points).encode() + b"\n").decode()
     rows = [line.split() for line in out.splitlines() if line.strip() and not line.startswith("#")]
     return [(float(row[0]), float(row[1])) for row in rows]
@@ -89,6 +89,7 @@ def main():
     parser.add_argument("--lib", help="RAYPATH (default: lib beside that folder)")
     parser.add_argument("--only", default="", help="only scenes whose name contains this")
     parser.add_argument("--target", default="0.3%", help="hemilux: 95 %% half-width to reach (default 0.3%%)")
+    parser.add_argument("--limit", default="120s", help="hemilux: most time for a sensor (default 120s)")
     parser.add_argument("--error", type=float, default=0.1, help="rtrace: standard error to reach, percent")
     parser.add_argument("--repeats", type=int, default=8, help="rtrace: repetitions of a sensor, at first")
     parser.add_argument("--most", type=int, default=256, help="rtrace: repetitions of a sensor, at most")

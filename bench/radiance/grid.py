@@ -2,7 +2,7 @@
 """A grid of lux by `hemilux sense --grid` beside `rtrace -I` at the same points: a table, CSV and a false-colour PNG.
 
     grid.py SCENE.rad... --grid ox,oy,oz,ux,uy,uz,vx,vy,vz,columns,rows --hemilux BINARY --radiance BIN_DIR
-            --ambient "-ab 8 -ad 4096" --csv OUT.csv --png OUT.png
+            --ambient "-ab 20 -ad 2048" --csv OUT.csv --png OUT.png
 
 The picture has hemilux on the left and rtrace on the right, row 1 (the smallest v) at the bottom, one common scale from
 black over blue, red and yellow to white, linear from 0 to the largest value of both.
@@ -58,14 +58,14 @@ def main():
     parser.add_argument("--grid", required=True)
     parser.add_argument("--hemilux", required=True)
     parser.add_argument("--radiance", required=True, type=pathlib.Path)
-    parser.add_argument("--ambient", default="-ab 8 -ad 4096")
+    parser.add_argument("--ambient", default="-ab 20 -ad 2048")
     parser.add_argument("--repeats", type=int, default=6)
     parser.add_argument("--target", default="3%")
     parser.add_argument("--csv", type=pathlib.Path)
     parser.add_argument("--png", type=pathlib.Path)
     args = parser.parse_args()
 
-    words = [args.hemilux, "sense", *args.scenes, "--grid", args.grid, "--format", "csv", "--target-error", args.target, "-q"]
+    words = [args.hemilux, "sense", *args.scenes, "--grid", args.grid, "--format", "csv", "--target-error", args.target, "--limit", "120s", "-q"]
     text = run(words).decode()
     lines = [line.split(",") for line in text.splitlines() if line.strip() and line[0] not in "#x"]
     points = [" ".join(line[:6]) for line in lines]

@@ -59,6 +59,8 @@ pub enum Verb {
     Validate(ValidateArgs),
     /// Say what a scene or a picture holds
     Info(InfoArgs),
+    /// Look for what a lighting model probably does not mean: open glass, doubled surfaces, lamps that light nothing
+    Check(CheckArgs),
     /// Compare pictures and make them fit for a screen
     #[command(subcommand)]
     Image(ImageVerb),
@@ -79,6 +81,7 @@ impl Verb {
             Verb::Sense(a) => a.talk,
             Verb::Validate(a) => a.talk,
             Verb::Info(a) => a.talk,
+            Verb::Check(a) => a.talk,
             Verb::Image(ImageVerb::Diff(a)) => a.talk,
             Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
             Verb::Image(ImageVerb::Falsecolor(a)) => a.talk,
@@ -373,6 +376,23 @@ pub enum ImageVerb {
     Falsecolor(FalsecolorArgs),
     /// Say what a picture holds
     Info(ImageInfoArgs),
+}
+
+/// `check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Scene files; several make one scene
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// $KEY in the scene stands for VALUE
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = values::define)]
+    pub defines: Vec<(String, String)>,
+    /// Anything found is an error (exit code 5)
+    #[arg(long)]
+    pub strict: bool,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
 }
 
 /// `image diff`.

@@ -13,6 +13,20 @@ pub fn scene(
     lenient: bool,
     talk: &Talk,
 ) -> Result<Scene, Failure> {
+    Ok(all(paths, defines, lenient, talk)?.scene)
+}
+
+/// Read a scene as far as it can be read, with all there was to say and the places it was about.
+pub fn checked(paths: &[PathBuf], defines: &[(String, String)], talk: &Talk) -> Result<Loaded, Failure> {
+    all(paths, defines, true, talk)
+}
+
+fn all(
+    paths: &[PathBuf],
+    defines: &[(String, String)],
+    lenient: bool,
+    talk: &Talk,
+) -> Result<Loaded, Failure> {
     let options = LoadOptions { lenient, defines: defines.to_vec(), memory_limit: None };
     let loaded = if paths.iter().any(|p| p == Path::new("-")) {
         if paths.len() > 1 {
@@ -25,7 +39,7 @@ pub fn scene(
     } else {
         load(paths, &options)
     };
-    Ok(said(loaded, talk)?.scene)
+    said(loaded, talk)
 }
 
 /// The camera of a file that holds nothing else. Names it as the scene of its own that it is, so that the hash of the

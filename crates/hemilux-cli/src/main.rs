@@ -5,6 +5,7 @@
 //! [`interrupt`] and [`failure`] (every way to end). Data goes to standard output, talk to standard error.
 
 mod args;
+mod check;
 mod checkpoint;
 mod completions;
 mod defaults;
@@ -71,6 +72,7 @@ fn dispatch(cli: Cli, begin: Instant) -> Result<(), Failure> {
         Verb::Rtrace { words } => rtrace::run(&words),
         Verb::Sense(args) => sense::run(args, begin),
         Verb::Info(args) => info::run(&args),
+        Verb::Check(args) => check::run(&args),
         Verb::Image(verb) => image::run(verb),
         Verb::Completions { shell } => completions::run(shell),
     }

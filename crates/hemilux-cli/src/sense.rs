@@ -80,7 +80,8 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         }
         None => {
             for (number, line) in io::stdin().lock().lines().enumerate() {
-                let line = line.map_err(|e| Failure::input(format!("the sensors: {e}")))?;
+                let line =
+                    line.map_err(|e| Failure::input(format!("line {} of the sensors: {e}", number + 1)))?;
                 answer(number as u64 + 1, &line, &mut writer)?;
             }
         }

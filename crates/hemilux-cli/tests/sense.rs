@@ -1,4 +1,4 @@
-//! `hemilux sense` and `hemilux rtrace`, run as programs.
+//! `hemilux sense`, `hemilux rtrace` and `hemilux check`, run as programs.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,13 +9,27 @@ use std::sync::OnceLock;
 /// cosine: straight up.
 const LAMP: &str = "void light lamp 0 0 3 100 100 100\nlamp sphere bulb 0 0 4 0 0 2 .1\n";
 
+/// The same lamp in the other convention's words.
+const PBRT: &str = "WorldBegin Translate 0 0 2 AreaLightSource \"diffuse\" \"rgb L\" [100 100 100]\n\
+                    Material \"diffuse\" \"rgb reflectance\" [0 0 0] Shape \"sphere\" \"float radius\" 0.1\n";
+
+/// A lamp of 1 cm in a mirrored dome (all of it, closed below by a black disk): too much to ask of half a second.
+const DOME: &str = "void light lamp 0 0 3 1e4 1e4 1e4\nlamp sphere bulb 0 0 4 0 0 2 .01\nvoid metal m 0 0 5 .9 .9 .9 1 0\n\
+                    m bubble dome 0 0 4 0 0 0 3\nvoid plastic k 0 0 5 0 0 0 0 0\nk ring floor 0 0 8 0 0 -.01 0 0 1 0 2.9995\n";
+
 fn run(arguments: &[&str], input: &str) -> Output {
+    run_bytes(arguments, input.as_bytes())
+}
+
+fn run_bytes(arguments: &[&str], input: &[u8]) -> Output {
     // Written once: tests run side by side.
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     let directory = DIRECTORY.get_or_init(|| {
         let directory = std::env::temp_dir().join(format!("hemilux-sense-{}", std::process::id()));
         std::fs::create_dir_all(&directory).expect("a directory for the scene");
-        std::fs::write(directory.join("lamp.rad"), LAMP).expect("the scene");
+        for (name, text) in [("lamp.rad", LAMP), ("lamp.pbrt", PBRT), ("dome.rad", DOME)] {
+            std::fs::write(directory.join(name), text).expect("the scene");
+        }
         directory
     });
     let mut child = Command::new(env!("CARGO_BIN_EXE_hemilux"))
@@ -27,7 +41,7 @@ fn run(arguments: &[&str], input: &str) -> Output {
         .spawn()
         .expect("the program starts");
     // A program that has ended early does not read: that is for the assertions to say.
-    let _ = child.stdin.take().expect("its input").write_all(input.as_bytes());
+    let _ = child.stdin.take().expect("its input").write_all(input);
     child.wait_with_output().expect("the program ends")
 }
 
@@ -95,4 +109,72 @@ fn what_goes_wrong_is_said_and_numbered() {
     assert_eq!(out.status.code(), Some(1));
     let out = run(&["rtrace", "-I", "-fff", "lamp.rad"], "");
     assert_eq!(out.status.code(), Some(2));
+}
+
+/// 179 lm/W with Radiance's weights for .rad, 683 lm/W with CIE Y for the rest: a grey lamp's lux differ by just that, and the output
+/// says which.
+#[test]
+fn efficacy_is_that_of_the_kind_of_scene() {
+    for (scene, efficacy) in [("lamp.rad", 179.0), ("lamp.pbrt", 683.0)] {
+        let out = run(&["sense", scene], "0 0 0 0 0 1\n");
+        let lux: f64 = text(&out.stdout).trim().parse().expect("a number");
+        assert!((lux / (efficacy * TRUTH) - 1.0).abs() < 1e-3, "{scene}: {lux}");
+        let said = text(&out.stderr);
+        let (right, wrong) = (format!("{efficacy} lm/W"), format!("{} lm/W", 862.0 - efficacy));
+        assert!(said.contains(&right) && !said.contains(&wrong), "{said}");
+    }
+}
+
+/// A missed target is exit code 4, its value and interval are there all the same, and hold the truth.
+#[test]
+fn a_missed_target_is_exit_code_four() {
+    let arguments = [
+        "sense",
+        "dome.rad",
+        "--quantity",
+        "irradiance",
+        "--format",
+        "csv",
+        "--limit",
+        "500ms",
+        "--target-error",
+        "0.1%",
+    ];
+    let out = run(&arguments, "# kept in plain form only\n1 0 0 0 0 1\n");
+    assert_eq!(out.status.code(), Some(4));
+    assert!(text(&out.stderr).contains("1 of 1 sensors did not reach the target"), "{}", text(&out.stderr));
+    let csv = text(&out.stdout);
+    let row: Vec<&str> = csv.lines().nth(1).expect("a row").split(',').collect();
+    let (value, half): (f64, f64) = (row[6].parse().expect("a value"), row[7].parse().expect("a half-width"));
+    assert!((value - 1.340).abs() < half + 0.01 && row[10] == "false", "{csv}");
+    assert_eq!(run(&["sense", "lamp.rad", "--spp", "64"], "0 0 0 0 0 1\n").status.code(), Some(0));
+}
+
+/// Bytes that are no text are named by their line; groups over zones of their own are said to be just that.
+#[test]
+fn lines_that_are_no_text_and_zones_are_named() {
+    let out = run_bytes(&["sense", "lamp.rad"], b"0 0 0 0 0 1\n\xff\xfe\n");
+    assert_eq!(out.status.code(), Some(1));
+    assert!(text(&out.stderr).contains("line 2 of the sensors"), "{}", text(&out.stderr));
+    let out = run(&["sense", "lamp.rad", "--mode", "zonal", "--particles", "1000"], "0 0 0 0 0 1\n");
+    assert!(text(&out.stderr).contains("each with zones of its own"), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("is not in them"), "{}", text(&out.stderr));
+}
+
+/// Findings are counted on standard output and said on standard error; `--strict` makes exit code 5 of them.
+#[test]
+fn check_counts_and_is_strict_when_asked() {
+    let out = run(&["check", "dome.rad"], "");
+    // The dome is open below: between its floor and its rim light leaves.
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let counted: u32 = text(&out.stdout).split(' ').next().and_then(|n| n.parse().ok()).expect("a count");
+    let strict = run(&["check", "--strict", "dome.rad"], "");
+    assert_eq!(strict.status.code(), Some(if counted == 0 { 0 } else { 5 }), "{}", text(&out.stderr));
+    // A lamp alone: all that it emits leaves, and it lights nothing.
+    let out = run(&["check", "--strict", "--message-format", "short", "lamp.rad"], "");
+    assert_eq!((out.status.code(), text(&out.stdout).as_str()), (Some(5), "2 findings\n"));
+    let said = text(&out.stderr);
+    assert!(said.contains("lamp.rad:2:6: warning: a luminaire lights nothing"), "{said}");
+    assert!(said.contains("100 % of what the luminaires emit leaves the scene"), "{said}");
+    assert_eq!(run(&["check", "nowhere.rad"], "").status.code(), Some(1));
 }

@@ -9,6 +9,7 @@
 //! solution as one sees it).
 
 pub mod bsdf;
+pub mod check;
 pub mod checkpoint;
 pub mod film;
 pub mod gather;
