@@ -243,6 +243,11 @@ impl Luminaires {
                 }
                 _ => None,
             },
+            // What a sphere shows lies two thirds of its radius before its centre on average: with that much added, the
+            // ends of chains gather round the centre from wherever it is seen.
+            Emitter::Quadric { sphere: Some((_, r)), .. } => {
+                Some((item.emission, r as f32, 2.0 / 3.0 * r as f32))
+            }
             _ => Some((item.emission, self.radii[item.emission as usize], 0.0)),
         }
     }
@@ -455,8 +460,10 @@ impl Luminaires {
         if radiance.is_black() || pdf <= 0.0 || !pdf.is_finite() {
             return None;
         }
-        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error.
-        let target = offset_origin(point.q, point.error * 4.0, point.n, -wi);
+        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error and of the ray's own,
+        // which grows with its length: a luminaire in a coordinate plane has none itself.
+        let error = point.error * 4.0 + Vec3::splat(4.0 * f32::EPSILON * (point.q - at.p).length());
+        let target = offset_origin(point.q, error, point.n, -wi);
         Some(LuminaireSample {
             wi,
             radiance,
