@@ -5,7 +5,7 @@
 
 One render after another (modes zonal, path, corrected in turn) is killed again and again until it ends by itself, until
 there have been so many kills in all. Needs only Python; pixel data are compared by the program itself (`image diff`)
-and, decoded by nobody, by the film files' own bytes: the film at the end must equal that of the uninterrupted run.
+and, without decoding, by the film files' own bytes: the sums at the end must equal those of the uninterrupted run.
 """
 
 import argparse
@@ -32,10 +32,12 @@ def command(mode, spp, name, more):
     return [binary, "render", scene, *SMALL, "--mode", mode, "--spp", spp, "-o", name + ".exr", *more]
 
 
-def pixels(film):
-    """The sums of a film file: all but the notes about the command line, which differ."""
-    data = open(film, "rb").read()
-    return data[-len(data) // 2 : -4]
+def same_sums(a, b):
+    """Whether two film files hold the same sums: all but their heads, whose notes name other command lines."""
+    a, b = (open(film, "rb").read()[:-4] for film in (a, b))
+    tail = min(len(a), len(b)) - 8192
+    assert tail > 100_000
+    return a[-tail:] == b[-tail:]
 
 
 kills = runs = resumed = differ = none = left_over = 0
@@ -70,7 +72,7 @@ with tempfile.TemporaryDirectory() as directory:
         runs += 1
         same = subprocess.run([binary, "image", "diff", "killed.exr", f"plain-{mode}.exr", "--no-companions",
                                "--metric", "mae", "--tolerance", "0"], **QUIET).returncode == 0
-        differ += not (same and pixels(film) == pixels(f"plain-{mode}.hlxf"))
+        differ += not (same and same_sums(film, f"plain-{mode}.hlxf"))
     left_over = len([f for f in os.listdir(".") if f.endswith(".tmp")])
 print(f"{kills} kills (-9) in {runs} renders; {none} before there was a film; {resumed} starts went on from one; "
       f"{differ} renders ended otherwise than uninterrupted; {left_over} temporary files left by kills while writing")

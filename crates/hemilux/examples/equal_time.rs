@@ -11,6 +11,7 @@
 use hemilux::film::Film;
 use hemilux::gather::{GatherPlan, Strategy};
 use hemilux::render::{Mode, RenderOptions, Renderer, Stop};
+use hemilux::transport::Residual;
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_image::metrics::{Reference, compare};
@@ -79,7 +80,13 @@ fn main() -> Result<(), Failure> {
             .then(|| Zones::solve_until(&world, &zone_options, |_| Instant::now() >= stop_particles));
         let zone_time = start.elapsed();
         let options = RenderOptions { mode, plan, seed: option("seed", "0").parse()?, max_depth };
-        let renderer = Renderer::new(&world, zones.as_ref(), width, height, options);
+        let mut renderer = Renderer::new(&world, zones.as_ref(), width, height, options);
+        if mode == Mode::Corrected {
+            // As the command does; the time counts.
+            let study = renderer.study([0, width, 0, height], 8192);
+            renderer = renderer.with_residual(Residual::new(study.share));
+            println!("       | {study:?}");
+        }
         let mut film = Film::new(width, height, [0, width, 0, height]);
         let never = AtomicBool::new(false);
         let outcome = renderer.run(&mut film, Stop { passes, deadline }, &never, |_| ());

@@ -86,9 +86,9 @@ impl Pixel {
             self.normal[c] = self.normal[c].saturating_add(o.normal[c]);
         }
         self.depth = self.depth.saturating_add(o.depth);
-        self.hits += o.hits;
-        self.samples += o.samples;
-        self.rejected += o.rejected;
+        self.hits = self.hits.saturating_add(o.hits);
+        self.samples = self.samples.saturating_add(o.samples);
+        self.rejected = self.rejected.saturating_add(o.rejected);
     }
 
     /// Append the sums as variable-length integers (zigzag, seven bits a byte): about half their size in memory.
