@@ -53,6 +53,10 @@ pub enum Verb {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "RTRACE WORDS")]
         words: Vec<String>,
     },
+    /// Lay open the hemisphere at one point: what arrives, where strategies look, what they make of it
+    Probe(Box<ProbeArgs>),
+    /// Draw the figures of Shirley and Chiu's report
+    Figures(FiguresArgs),
     /// Say what a scene or a picture holds
     Info(InfoArgs),
     /// Compare pictures and make them fit for a screen
@@ -72,6 +76,8 @@ impl Verb {
             Verb::Render(a) => a.talk,
             Verb::Zones(a) => a.talk,
             Verb::Sense(a) => a.talk,
+            Verb::Probe(a) => a.talk,
+            Verb::Figures(a) => a.talk,
             Verb::Info(a) => a.talk,
             Verb::Image(ImageVerb::Diff(a)) => a.talk,
             Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
@@ -121,8 +127,11 @@ pub struct RenderArgs {
     /// What is computed: zonal (gathering; biased by the zones), path (unbiased reference), zones (the zonal solution)
     #[arg(long, value_name = "MODE", default_value = "zonal", value_parser = named(&Mode::ALL))]
     pub mode: Mode,
-    /// How the strata of a gather are chosen: jittered, sobol
-    #[arg(long, value_name = "NAME", default_value = name_of(&Strategy::ALL, Strategy::default()), value_parser = named(&Strategy::ALL))]
+    /// How the strata of a gather are chosen. Unbiased: jittered, sobol; over the whole hemisphere at once: uniform, luminaires,
+    /// regions, two-stage. Biased: luminaires:ward, and the report's one-stage methods, report1994:voronoi,
+    /// report1994:subdivision:contrast, report1994:subdivision:value, report1994:triangles, report1994:delaunay,
+    /// report1994:enlarged:K, report1994:shrinking; these want 64 gather rays and more
+    #[arg(long, value_name = "NAME", default_value = name_of(&Strategy::ALL, Strategy::default()), value_parser = values::strategy)]
     pub strategy: Strategy,
     /// Picture size instead of the scene's
     #[arg(long, value_name = "WxH")]
@@ -259,6 +268,91 @@ pub struct ZonesArgs {
     /// How to show progress
     #[arg(long, value_enum, default_value = "auto", value_name = "FORM", help_heading = "Messages")]
     pub progress: ProgressForm,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// `probe`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  hemilux probe room.pbrt --pixel 240,180                              JSON to standard output
+  hemilux probe room.pbrt --point '0 0 0.75 0 0 1' -o probe.svg -o field.exr
+  hemilux probe room.pbrt --pixel 240,180 --compare all -o probe.svg -o probe.json")]
+pub struct ProbeArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The point that this pixel's centre sees, behind mirrors and glass; 0,0 is the upper left
+    #[arg(long, value_name = "x,y", required_unless_present = "point", conflicts_with = "point")]
+    pub pixel: Option<values::Pixel>,
+    /// A receiver: position and normal
+    #[arg(long, value_name = "x y z nx ny nz", allow_hyphen_values = true)]
+    pub point: Option<values::Point>,
+    /// File to write (.json, .svg, .exr of the field radiance); may be repeated; none: JSON to standard output
+    #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE")]
+    pub outputs: Vec<PathBuf>,
+    /// The strategy that is shown (see `hemilux render --help`)
+    #[arg(long, value_name = "NAME", default_value = "two-stage", value_parser = values::strategy)]
+    pub strategy: Strategy,
+    /// Its gather rays
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(4..=1_048_576))]
+    pub rays: u32,
+    /// Strategies to compare with a long run: names with commas between, or all
+    #[arg(long, value_name = "NAMES|all")]
+    pub compare: Option<String>,
+    /// Runs of each compared strategy at each number of rays
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub runs: u32,
+    /// Gathers (of 64 rays) of the long run
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(16..=100_000_000))]
+    pub gathers: u32,
+    /// Values of the field radiance across the unit square
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(8..=4096))]
+    pub resolution: u32,
+    /// Picture size instead of the scene's, for --pixel
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Camera from this file instead of the scene's
+    #[arg(long, value_name = "FILE")]
+    pub view: Option<PathBuf>,
+    /// How the zonal solution is made.
+    #[command(flatten)]
+    pub solution: SolutionArgs,
+    /// Seed of all randomness
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: one per core]
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
+/// `figures`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  hemilux figures -o figures                 all figures; the rendered one takes most of the time
+  hemilux figures -o figures --no-render     the drawings only, a few seconds")]
+pub struct FiguresArgs {
+    /// Directory to write to; made if it is not there
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub directory: PathBuf,
+    /// Leave out figure 1, which is rendered
+    #[arg(long)]
+    pub no_render: bool,
+    /// Samples per pixel of figure 1
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Seed of all randomness
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: one per core]
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// How to talk.
     #[command(flatten)]
     pub talk: Talk,

@@ -7,7 +7,9 @@
 mod args;
 mod completions;
 mod defaults;
+mod draw;
 mod failure;
+mod figures;
 mod finish;
 mod image;
 mod info;
@@ -16,6 +18,7 @@ mod load;
 mod machine;
 mod output;
 mod plan;
+mod probe;
 mod progress;
 mod radiance;
 mod render;
@@ -64,6 +67,8 @@ fn dispatch(cli: Cli, begin: Instant) -> Result<(), Failure> {
         Verb::Zones(args) => zones::run(args, begin),
         Verb::Rtrace { words } => rtrace::run(&words),
         Verb::Sense(args) => sense::run(args, begin),
+        Verb::Probe(args) => probe::run(*args),
+        Verb::Figures(args) => figures::run(args),
         Verb::Info(args) => info::run(&args),
         Verb::Image(verb) => image::run(verb),
         Verb::Completions { shell } => completions::run(shell),

@@ -1,6 +1,6 @@
 //! `hemilux render`: a scene in, pictures out.
 
-use crate::args::{RenderArgs, name_of};
+use crate::args::RenderArgs;
 use crate::failure::{Failure, Kind};
 use crate::finish;
 use crate::interrupt::Interrupt;
@@ -11,9 +11,9 @@ use crate::talk::Talk;
 use crate::values::Size;
 use crate::{load, machine, radiance};
 use hemilux::film::Film;
-use hemilux::gather::Strategy;
 use hemilux::picture;
 use hemilux::render::{Mode, Renderer, Stop};
+use hemilux::strategies;
 use hemilux::world::World;
 use hemilux::zones::Zones;
 use serde_json::json;
@@ -58,6 +58,13 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     }
     if plan.options.mode != Mode::Path && args.max_depth.is_some() {
         talk.warning("--max-depth is only used in mode path");
+    }
+
+    if plan.options.mode == Mode::Zonal && strategies::is_biased(args.strategy) {
+        talk.warning(&format!(
+            "strategy {} is biased: errors do not all average out",
+            strategies::name(args.strategy)
+        ));
     }
 
     interrupt.arm();
@@ -291,7 +298,9 @@ impl Run<'_> {
             put("max_depth", if limit == u32::MAX { "none".into() } else { limit.to_string() });
         }
         if options.mode == Mode::Zonal {
-            put("strategy", name_of(&Strategy::ALL, options.plan.strategy).into());
+            let strategy = options.plan.strategy;
+            let biased = if strategies::is_biased(strategy) { " (biased)" } else { "" };
+            put("strategy", format!("{}{biased}", strategies::name(strategy)));
             put("gather_rays", options.plan.rays.to_string());
             put("shadow_rays", options.plan.shadow_rays.to_string());
         }

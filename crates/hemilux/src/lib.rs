@@ -15,6 +15,7 @@ pub mod render;
 pub mod sampler;
 pub mod sense;
 pub mod sensor;
+pub mod strategies;
 pub mod transport;
 pub mod world;
 pub mod zones;

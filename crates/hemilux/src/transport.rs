@@ -312,7 +312,7 @@ impl<'a> Walker<'a> {
 }
 
 /// One of the specular ways on from `s`, picked in proportion to what it carries, with its weight over probability.
-fn specular_branch(s: &Surface, bsdf: &Bsdf, u: f32) -> Option<(Vec3, Rgb)> {
+pub(crate) fn specular_branch(s: &Surface, bsdf: &Bsdf, u: f32) -> Option<(Vec3, Rgb)> {
     let wo = s.frame.to_local(s.wo);
     let branches = || bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Radiance)).flatten();
     let all: f32 = branches().map(|b| b.weight.max()).sum();

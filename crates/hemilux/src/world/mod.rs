@@ -3,6 +3,7 @@
 //! [`World::new`] turns a [`Scene`] into a form rays can meet; nothing later changes it. Primitive ids are those of
 //! `hemilux-accel`: per group (the world's own shapes, and each object) in the order of addition.
 
+pub mod balls;
 pub mod camera;
 mod emitter_points;
 pub mod environment;
@@ -11,6 +12,7 @@ pub mod surface;
 pub mod texture;
 
 use crate::bsdf::Bsdf;
+use balls::Balls;
 use hemilux_accel as accel;
 use hemilux_scene::geom::{DAffine3, Vec3};
 use hemilux_scene::{ConductorFresnel, Geometry, MaterialId, MaterialKind, Roughness, Scene, Shape};
@@ -95,6 +97,8 @@ pub struct World {
     pub(crate) placements: Vec<Placement>,
     /// Everything that emits.
     pub luminaires: Luminaires,
+    /// Luminaires and casters as balls.
+    pub balls: Balls,
     /// Whether some surface lets rays pass at random or always.
     has_holes: bool,
     /// Centre and radius of a ball around all geometry (m).
@@ -133,23 +137,24 @@ impl World {
             false => ((box_.min + box_.max) * 0.5, (box_.max - box_.min).length() * 0.5),
             true => (Vec3::ZERO, 1.0),
         };
-        let mut world =
-            World { scene, accel, groups, placements, luminaires: Luminaires::default(), has_holes, bound };
+        let mut world = World {
+            scene,
+            accel,
+            groups,
+            placements,
+            luminaires: Luminaires::default(),
+            balls: Balls::default(),
+            has_holes,
+            bound,
+        };
         world.luminaires = Luminaires::new(&world);
+        world.balls = Balls::new(&world);
         world
     }
 
     /// Whether some surface reflects or refracts other than diffusely, so that virtual luminaires can exist.
     pub fn has_casters(&self) -> bool {
-        let diffuse = |id: MaterialId| {
-            matches!(
-                self.scene.materials[id.0 as usize].kind,
-                MaterialKind::Diffuse { .. }
-                    | MaterialKind::DiffuseTransmission { .. }
-                    | MaterialKind::Interface
-            )
-        };
-        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !diffuse(s.material))
+        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !balls::is_diffuse(self, s.material))
     }
 
     /// Centre and radius (m) of a ball around all geometry.
