@@ -165,17 +165,22 @@ impl Known {
         let all = if all > 0.0 { all } else { 1.0 };
         let before = self.regions.len();
         self.virtual_luminaires(walker, s, side);
+        let images = self.regions.len();
         for caster in world.balls.casters() {
-            if self.regions.len() >= before + MOST_REGIONS {
+            if self.regions.len() >= images + MOST_REGIONS / 2 {
                 break;
             }
             if let Some((axis, angle)) = cone(s, *caster, side) {
                 self.regions.push(Region { shape: Shape::cap(axis, angle as f64), weight: 0.0 });
             }
         }
-        // As much again for all of these, evenly: how bright they are is not known.
-        let count = (self.regions.len() - before).max(1) as f64;
-        self.regions[before..].iter_mut().for_each(|r| r.weight = all / count);
+        // How bright they are is not known: virtual luminaires get as much as luminaires, casters half of that, evenly.
+        let even = |regions: &mut [Region], total: f64| {
+            let each = total / regions.len().max(1) as f64;
+            regions.iter_mut().for_each(|r| r.weight = each);
+        };
+        even(&mut self.regions[before..images], all);
+        even(&mut self.regions[images..], 0.5 * all);
     }
 
     fn virtual_luminaires(&mut self, walker: &Walker, s: &Surface, side: f32) {

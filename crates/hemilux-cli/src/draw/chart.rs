@@ -102,15 +102,16 @@ impl Chart {
                 let foot = 0.5 * elevation.sin();
                 let at = |a: f64, b: f64| [x + side * 0.5 * (1.0 + a), y + side * (0.97 - foot - 0.5 * b)];
                 let angle = |k: u32| 2.0 * std::f64::consts::PI * k as f64 / n as f64;
-                let horizon: Vec<_> = (0..n)
+                // The near half of the horizon; the dome hides the other.
+                let horizon: Vec<_> = (0..=n / 2)
                     .map(|k| {
-                        let (s, c) = (azimuth + angle(k)).sin_cos();
+                        let (s, c) = (azimuth + angle(k) - 0.5 * std::f64::consts::PI).sin_cos();
                         let right = -azimuth.sin() * c + azimuth.cos() * s;
                         let up = -elevation.sin() * (azimuth.cos() * c + azimuth.sin() * s);
                         at(right, up)
                     })
                     .collect();
-                svg.path(&horizon, true, pen);
+                svg.path(&horizon, false, pen);
                 let arch: Vec<_> = (0..=n / 2).map(|k| at(angle(k).cos(), angle(k).sin())).collect();
                 svg.path(&arch, false, pen);
             }

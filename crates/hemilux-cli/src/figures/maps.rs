@@ -66,7 +66,7 @@ fn strip_cell(strip: u32, sector: u32) -> [Uv<f64>; 4] {
 
 /// Figure 5: "Map of a checkerboard on [0, 1]² to the hemisphere", from two angles; and the same through (θ, φ).
 pub fn checkerboard(_seed: u64) -> String {
-    let mut svg = Svg::new(940.0, 660.0);
+    let mut svg = Svg::new(940.0, 684.0);
     let angles = [
         ("from the side", View::Hemisphere { azimuth: -0.9, elevation: 0.35 }),
         ("from above", View::Hemisphere { azimuth: -0.9, elevation: 1.2 }),
@@ -106,7 +106,7 @@ pub fn checkerboard(_seed: u64) -> String {
         }
     }
     svg.text(
-        [470.0, 652.0],
+        [470.0, 674.0],
         12.0,
         Anchor::Middle,
         "red: the cut; the edges b = 0 and b = 1 of the square are one line on the hemisphere (the printed substitution is the inverse)",

@@ -48,7 +48,7 @@ const BRIGHT: &str = "#fff3c4";
 /// Figure 2: "Domains of integration".
 pub fn domains(_seed: u64) -> String {
     let mut svg = Svg::new(860.0, 330.0);
-    let panels = ["L over Ω", "Lᵣ over Ωᵣ = Ω (indirect)", "Lₑ over Ωₑ (direct): the union of the disks"];
+    let panels = ["L over Ω", "Lᵣ over Ωᵣ = Ω (indirect)", "Lₑ over Ωₑ (direct): the disks"];
     for (i, words) in panels.iter().enumerate() {
         let chart = Chart { frame: [20.0 + 280.0 * i as f64, 20.0, 260.0], view: View::Square };
         let [x, y, side] = chart.frame;
@@ -109,11 +109,7 @@ fn panels(instance: &Instance) -> Vec<Panel> {
         },
         Panel {
             regions: known.to_vec(),
-            ..plain(
-                "direct and indirect",
-                "the luminaires known; unbiased",
-                Box::new(DirectIndirect::new(known)),
-            )
+            ..plain("direct and indirect", "luminaires known; unbiased", Box::new(DirectIndirect::new(known)))
         },
         plain("not adaptive", "jittered; unbiased", Box::new(Jittered)),
         plain(
@@ -163,7 +159,7 @@ pub fn methods(seed: u64) -> String {
     let panels = panels(&instance);
     let (columns, side, step) = (4, 230.0, [250.0, 292.0]);
     let rows = panels.len().div_ceil(columns);
-    let mut svg = Svg::new(20.0 + step[0] * columns as f64, 58.0 + step[1] * rows as f64);
+    let mut svg = Svg::new(20.0 + step[0] * columns as f64, 44.0 + step[1] * rows as f64);
     let heading = format!(
         "one integrand, at most {BUDGET} evaluations, exact value {:.4}; orange: samples of the estimate, blue: pilots",
         instance.exact

@@ -13,6 +13,8 @@ use hemiquad::{Dir, Region, Shape, Stage, Uv, turn};
 
 /// Pixels per side of the pictures in the charts.
 const RASTER: usize = 192;
+/// 1 - cos of the smallest ring that is drawn round a cone (1.6°).
+const SMALLEST: f64 = 4e-4;
 /// Powers of ten that the colours span.
 const DECADES: f64 = 4.0;
 const WIDTH: f64 = 1180.0;
@@ -22,7 +24,7 @@ const COLOURS: [&str; 7] = ["#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#8c564b
 pub fn draw(found: &Findings) -> String {
     let columns = 4;
     let rows = found.compared.len().div_ceil(columns);
-    let height = 500.0 + if rows > 0 { 340.0 * rows as f64 + 520.0 } else { 0.0 };
+    let height = 450.0 + if rows > 0 { 340.0 * rows as f64 + 520.0 } else { 0.0 };
     let mut svg = Svg::new(WIDTH, height);
     head(&mut svg, found);
     let top = found.field.all.iter().map(|v| v.luminance() as f64).fold(0.0, f64::max).max(1e-12);
@@ -44,11 +46,11 @@ pub fn draw(found: &Findings) -> String {
     svg.text([1007.0, 358.0], 12.0, Anchor::Middle, "the zones' part (square)");
     legend(&mut svg, top);
     for (i, c) in found.compared.iter().enumerate() {
-        let corner = [20.0 + 290.0 * (i % columns) as f64, 500.0 + 340.0 * (i / columns) as f64];
+        let corner = [20.0 + 290.0 * (i % columns) as f64, 460.0 + 340.0 * (i / columns) as f64];
         column(&mut svg, found, c, corner, top);
     }
     if rows > 0 {
-        errors(&mut svg, found, 520.0 + 340.0 * rows as f64);
+        errors(&mut svg, found, 470.0 + 340.0 * rows as f64);
     }
     svg.finish()
 }
@@ -96,13 +98,6 @@ fn overlay(svg: &mut Svg, chart: &Chart, found: &Findings, run: &Run) {
     for cell in &run.cells {
         chart.polygon(svg, cell, 4, line("#ffffff", 0.35));
     }
-    let (lamps, virtuals) = found.spot.cones();
-    for r in virtuals.iter().take(64) {
-        chart.curve(svg, &rim(r), dashed("#7dff9c", 0.9));
-    }
-    for r in &lamps {
-        chart.curve(svg, &rim(r), line("#7dff9c", 1.2));
-    }
     let n = run.samples.len().max(1) as f64;
     for (i, (p, _)) in run.samples.iter().enumerate() {
         let Some(place) = chart.place(p.uv) else { continue };
@@ -112,13 +107,22 @@ fn overlay(svg: &mut Svg, chart: &Chart, found: &Findings, run: &Run) {
             if p.stage == Stage::Pilot { [60, t / 2 + 40, t] } else { [t, (t as f64 * 0.55) as u8, 20] };
         svg.circle(place, 1.3, filled(&hex(colour)));
     }
+    let (lamps, virtuals) = found.spot.cones();
+    for r in virtuals.iter().take(64) {
+        chart.curve(svg, &rim(r), line("#10301a", 2.4));
+        chart.curve(svg, &rim(r), dashed("#7dff9c", 1.4));
+    }
+    for r in &lamps {
+        chart.curve(svg, &rim(r), line("#10301a", 2.4));
+        chart.curve(svg, &rim(r), line("#7dff9c", 1.4));
+    }
     chart.frame(svg, line("#222222", 1.0));
 }
 
 /// Directions on the rim of a cone, at least as wide as can be seen.
 fn rim(r: &Region) -> Vec<Dir<f64>> {
     let Shape::Cap { axis, height } = r.shape else { return Vec::new() };
-    let Some(cone) = Cone::from_height(height.max(2e-5)) else { return Vec::new() };
+    let Some(cone) = Cone::from_height(height.max(SMALLEST)) else { return Vec::new() };
     // The cone's own map puts the border of the square on the rim.
     let border = |t: f64| {
         let (side, x) = ((t * 4.0) as u32, (t * 4.0).fract());
