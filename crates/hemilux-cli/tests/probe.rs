@@ -1,5 +1,6 @@
 //! `hemilux probe`, `hemilux figures` and the report's strategies, by the built binary.
 
+#[allow(dead_code)] // each test binary uses its own part
 mod common;
 
 use common::Bench;
@@ -134,6 +135,7 @@ fn figures_are_drawn() {
         "section-4-missed.svg",
         "section-4-enlarged.svg",
         "section-4-detected.svg",
+        "thirty-years.svg",
     ] {
         let text = std::fs::read_to_string(b.path("figures").join(name)).unwrap();
         assert!(text.starts_with("<svg") && text.ends_with("</svg>\n") && text.len() > 2000, "{name}");

@@ -8,11 +8,13 @@
 //! | figure-4.svg | from square to disk ([`maps`]) |
 //! | figure-5.svg | a checkerboard on the hemisphere, and through (θ, φ) ([`maps`]) |
 //! | section-4-missed.svg, -enlarged.svg, -detected.svg | small features ([`small`]) |
+//! | thirty-years.svg | what became of it ([`years`]) |
 
 mod maps;
 mod methods;
 mod room;
 mod small;
+mod years;
 
 use crate::args::FiguresArgs;
 use crate::failure::Failure;
@@ -26,7 +28,7 @@ use std::path::Path;
 /// A drawing and the name of its file.
 type Drawing = (&'static str, fn(u64) -> String);
 
-const DRAWINGS: [Drawing; 7] = [
+const DRAWINGS: [Drawing; 8] = [
     ("figure-2.svg", methods::domains),
     ("figure-3.svg", methods::methods),
     ("figure-4.svg", maps::square_to_disk),
@@ -34,6 +36,7 @@ const DRAWINGS: [Drawing; 7] = [
     ("section-4-missed.svg", small::missed),
     ("section-4-enlarged.svg", small::enlarged),
     ("section-4-detected.svg", small::detected),
+    ("thirty-years.svg", years::thirty_years),
 ];
 
 /// Draw all of them.
