@@ -1,7 +1,9 @@
 //! What can be typed. Defaults that depend on something else are resolved in [`crate::plan`].
 
+use crate::figures::FiguresArgs;
+use crate::probe::ProbeArgs;
 use crate::talk::Talk;
-use crate::values::{self, Crop, Depth, Exposure, Size};
+use crate::values::{self, Crop, Depth, Exposure, Passes, Share, Size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use hemilux::gather::Strategy;
 use hemilux::render::Mode;
@@ -42,6 +44,8 @@ pub struct Cli {
 pub enum Verb {
     /// Render a scene to pictures
     Render(Box<RenderArgs>),
+    /// Join films (.hlxf) of parts of a picture, or of the same picture with other passes or seeds
+    Merge(MergeArgs),
     /// Compute the zonal solution of a scene and store it
     Zones(ZonesArgs),
     /// Read illuminance (or irradiance, radiance, luminance) at points, each with an interval
@@ -57,6 +61,8 @@ pub enum Verb {
     Probe(Box<ProbeArgs>),
     /// Draw the figures of Shirley and Chiu's report
     Figures(FiguresArgs),
+    /// Compute every closed form of the validation list and write a page of verdicts
+    Validate(ValidateArgs),
     /// Say what a scene or a picture holds
     Info(InfoArgs),
     /// Compare pictures and make them fit for a screen
@@ -74,10 +80,12 @@ impl Verb {
     pub fn talk(&self) -> Talk {
         match self {
             Verb::Render(a) => a.talk,
+            Verb::Merge(a) => a.talk,
             Verb::Zones(a) => a.talk,
             Verb::Sense(a) => a.talk,
             Verb::Probe(a) => a.talk,
             Verb::Figures(a) => a.talk,
+            Verb::Validate(a) => a.talk,
             Verb::Info(a) => a.talk,
             Verb::Image(ImageVerb::Diff(a)) => a.talk,
             Verb::Image(ImageVerb::Tonemap(a)) => a.talk,
@@ -124,7 +132,25 @@ pub struct RenderArgs {
     /// Time from the start of the program to the written file, such as 30s, 2m, 1h30m
     #[arg(long, value_name = "TIME", value_parser = values::duration)]
     pub time: Option<Duration>,
-    /// What is computed: zonal (gathering; biased by the zones), path (unbiased reference), zones (the zonal solution)
+    /// Typical relative error of a pixel to reach, such as 2%; a pilot decides how many samples that takes, and is thrown away
+    #[arg(long, value_name = "E", conflicts_with = "passes")]
+    pub target_error: Option<Share>,
+    /// Only these of the samples of every pixel, A up to but not B: a share of the work of several machines (see merge)
+    #[arg(long, value_name = "A..B", conflicts_with = "spp")]
+    pub passes: Option<Passes>,
+    /// JSON file to write: noise, fireflies, the zones' noise and bias, rays, times, budget
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Film (.hlxf) to write every so often, at an interrupt and at the end, for --resume and merge
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// How often the film is written
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = values::duration)]
+    pub checkpoint_every: Duration,
+    /// Film to go on from, of the same scene and options; it is also the checkpoint unless another is named
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+    /// What is computed: zonal (gathering; biased by the zones), corrected (the same without the bias), path (unbiased reference), zones (the zonal solution)
     #[arg(long, value_name = "MODE", default_value = "zonal", value_parser = named(&Mode::ALL))]
     pub mode: Mode,
     /// How the strata of a gather are chosen. Unbiased: jittered, sobol; over the whole hemisphere at once: uniform, luminaires,
@@ -151,6 +177,9 @@ pub struct RenderArgs {
     /// Most scattering events of a path (mode path); "file" takes the scene's [default: no limit]
     #[arg(long, value_name = "N|file")]
     pub max_depth: Option<Depth>,
+    /// Share of the gather rays on zones that go on as paths (mode corrected) [default: measured]
+    #[arg(long, value_name = "SHARE")]
+    pub residuals: Option<Share>,
     /// Zonal solution to gather over, made by `hemilux zones` from the same scene
     #[arg(long, value_name = "FILE", conflicts_with_all = ["zone_budget", "particles"])]
     pub zones: Option<PathBuf>,
@@ -239,6 +268,29 @@ pub enum ProgressForm {
     None,
 }
 
+/// `merge`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  hemilux render room.pbrt --crop 0,0.5,0,1 --checkpoint left.hlxf      on one machine, and the right half on another
+  hemilux render room.pbrt --passes 16..32 --checkpoint second.hlxf     other samples of the same picture
+  hemilux merge left.hlxf right.hlxf -o room.exr -o room.png
+  hemilux merge seed-*.hlxf -o all.hlxf                                 a film again, to be merged further")]
+pub struct MergeArgs {
+    /// Films
+    #[arg(required = true, value_name = "FILM")]
+    pub films: Vec<PathBuf>,
+    /// Picture (.exr, .hdr, .png, .pfm) or film (.hlxf) to write; may be repeated
+    #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE", required = true)]
+    pub outputs: Vec<PathBuf>,
+    /// Looks of PNG files.
+    #[command(flatten)]
+    pub screen: ScreenArgs,
+    /// How to talk.
+    #[command(flatten)]
+    pub talk: Talk,
+}
+
 /// `zones`.
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -273,83 +325,25 @@ pub struct ZonesArgs {
     pub talk: Talk,
 }
 
-/// `probe`.
+/// `validate`.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  hemilux probe room.pbrt --pixel 240,180                              JSON to standard output
-  hemilux probe room.pbrt --point '0 0 0.75 0 0 1' -o probe.svg -o field.exr
-  hemilux probe room.pbrt --pixel 240,180 --compare all -o probe.svg -o probe.json")]
-pub struct ProbeArgs {
-    /// The scene.
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// The point that this pixel's centre sees, behind mirrors and glass; 0,0 is the upper left
-    #[arg(long, value_name = "x,y", required_unless_present = "point", conflicts_with = "point")]
-    pub pixel: Option<values::Pixel>,
-    /// A receiver: position and normal
-    #[arg(long, value_name = "x y z nx ny nz", allow_hyphen_values = true)]
-    pub point: Option<values::Point>,
-    /// File to write (.json, .svg, .exr of the field radiance); may be repeated; none: JSON to standard output
-    #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE")]
-    pub outputs: Vec<PathBuf>,
-    /// The strategy that is shown (see `hemilux render --help`)
-    #[arg(long, value_name = "NAME", default_value = "two-stage", value_parser = values::strategy)]
-    pub strategy: Strategy,
-    /// Its gather rays
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(4..=1_048_576))]
-    pub rays: u32,
-    /// Strategies to compare with a long run: names with commas between, or all
-    #[arg(long, value_name = "NAMES|all")]
-    pub compare: Option<String>,
-    /// Runs of each compared strategy at each number of rays
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(2..=100_000))]
-    pub runs: u32,
-    /// Gathers (of 64 rays) of the long run
-    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(16..=100_000_000))]
-    pub gathers: u32,
-    /// Values of the field radiance across the unit square
-    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(8..=4096))]
-    pub resolution: u32,
-    /// Picture size instead of the scene's, for --pixel
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
-    /// Camera from this file instead of the scene's
-    #[arg(long, value_name = "FILE")]
-    pub view: Option<PathBuf>,
-    /// How the zonal solution is made.
-    #[command(flatten)]
-    pub solution: SolutionArgs,
-    /// Seed of all randomness
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// Threads [default: one per core]
-    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
-    /// How to talk.
-    #[command(flatten)]
-    pub talk: Talk,
-}
+  hemilux validate -o validation             every case, to validation/index.html and validation/validation.md
+  hemilux validate -o v --only 8.4 --only 8.5
 
-/// `figures`.
-#[derive(Args, Debug)]
-#[command(after_help = "\
-Examples:
-  hemilux figures -o figures                 all figures; the rendered one takes most of the time
-  hemilux figures -o figures --no-render     the drawings only, a few seconds")]
-pub struct FiguresArgs {
-    /// Directory to write to; made if it is not there
-    #[arg(short = 'o', long = "output", value_name = "DIR")]
-    pub directory: PathBuf,
-    /// Leave out figure 1, which is rendered
-    #[arg(long)]
-    pub no_render: bool,
-    /// Samples per pixel of figure 1
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
-    pub spp: u32,
-    /// Seed of all randomness
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
+Exit code 5 if a case fails or is not computed.")]
+pub struct ValidateArgs {
+    /// Directory for the page; it is made if need be
+    #[arg(short, long = "output", value_name = "DIR", required = true)]
+    pub output: PathBuf,
+    /// Only sections whose name contains this; may be repeated
+    #[arg(long, value_name = "WORD")]
+    pub only: Vec<String>,
+    /// A deliberate mistake: cosine, mirrors, fresnel (only in builds for testing the tests)
+    #[cfg(feature = "wrong-physics")]
+    #[arg(long, value_name = "MISTAKE", value_parser = named(&hemilux::wrong::Wrong::ALL))]
+    pub wrong: Option<hemilux::wrong::Wrong>,
     /// Threads [default: one per core]
     #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -566,7 +560,7 @@ pub struct SenseArgs {
     /// Most time for one sensor
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = values::duration)]
     pub limit: Duration,
-    /// Where gather rays end: continued as paths (unbiased), or on zones (biased by them)
+    /// Where gather rays end: continued as paths (unbiased), on zones with residuals (unbiased), or on zones (biased by them)
     #[arg(long, value_enum, default_value = "path", value_name = "NAME")]
     pub mode: SenseMode,
     /// How the zonal solutions are made (mode zonal).
@@ -626,6 +620,8 @@ pub enum FormName {
 pub enum SenseMode {
     /// Continued as paths: unbiased.
     Path,
+    /// On zones, with residuals that take their bias away: unbiased.
+    Corrected,
     /// On zones, an independent solution per group: biased by the size of zones.
     Zonal,
 }

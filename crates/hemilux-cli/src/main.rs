@@ -5,27 +5,31 @@
 //! [`interrupt`] and [`failure`] (every way to end). Data goes to standard output, talk to standard error.
 
 mod args;
+mod checkpoint;
 mod completions;
 mod defaults;
 mod draw;
 mod failure;
 mod figures;
-mod finish;
 mod image;
 mod info;
 mod interrupt;
 mod load;
 mod machine;
+mod merge;
 mod output;
+mod pilot;
 mod plan;
 mod probe;
 mod progress;
 mod radiance;
 mod render;
+mod report;
 mod rtrace;
 mod sense;
 mod splice;
 mod talk;
+mod validate;
 mod values;
 mod zones;
 
@@ -64,6 +68,8 @@ fn main() -> ExitCode {
 fn dispatch(cli: Cli, begin: Instant) -> Result<(), Failure> {
     match cli.verb {
         Verb::Render(args) => render::run(*args, begin),
+        Verb::Merge(args) => merge::run(args),
+        Verb::Validate(args) => validate::run(args, begin),
         Verb::Zones(args) => zones::run(args, begin),
         Verb::Rtrace { words } => rtrace::run(&words),
         Verb::Sense(args) => sense::run(args, begin),

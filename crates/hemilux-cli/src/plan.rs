@@ -1,9 +1,11 @@
 //! What a render command means: every default resolved against the scene.
 
-use crate::args::RenderArgs;
+use crate::args::{RenderArgs, ScreenArgs};
 use crate::failure::Failure;
 use crate::machine;
+use crate::output::{self, Target};
 use crate::values::{Depth, Size};
+use hemilux::checkpoint::{Origin, view_hash};
 use hemilux::film::Film;
 use hemilux::gather::GatherPlan;
 use hemilux::render::{Mode, RenderOptions};
@@ -19,37 +21,49 @@ const FILM_SHARE: f64 = 0.6;
 const PARTICLE_SHARE: f64 = 0.15;
 
 /// When a render ends.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Budget {
+    /// The first sample of every pixel.
+    pub first: u32,
     /// Samples per pixel, if they limit.
     pub spp: Option<u32>,
     /// From the start of the program to the written file, if that limits.
     pub time: Option<Duration>,
+    /// Typical relative error of a pixel to reach.
+    pub error: Option<f64>,
     /// Whether nobody asked for it.
     pub is_default: bool,
 }
 
 impl Budget {
     fn resolve(args: &RenderArgs) -> Budget {
-        let (spp, time) = (args.spp, args.time);
+        let (spp, time) = (args.passes.map(|p| p.1 - p.0).or(args.spp), args.time);
+        let first = args.passes.map_or(0, |p| p.0);
+        let error = args.target_error.map(|e| e.0);
         match (spp, time) {
-            (None, None) => {
+            (None, None) if args.target_error.is_none() => {
                 let spp = match args.mode {
-                    Mode::Zonal => 32,
+                    Mode::Zonal | Mode::Corrected => 32,
                     Mode::Path => 128,
                     Mode::Zones => 4,
                 };
-                Budget { spp: Some(spp), time, is_default: true }
+                Budget { first, spp: Some(spp), time, error, is_default: true }
             }
-            _ => Budget { spp, time, is_default: false },
+            _ => Budget { first, spp, time, error, is_default: false },
         }
+    }
+
+    /// The passes of the whole run.
+    pub fn passes(&self) -> std::ops::Range<u32> {
+        self.first..self.spp.map_or(u32::MAX, |n| self.first.saturating_add(n))
     }
 
     /// In words.
     pub fn describe(&self) -> String {
         let spp = self.spp.map(|n| format!("{n} sample{} per pixel", if n == 1 { "" } else { "s" }));
         let time = self.time.map(|t| format!("{} in all", seconds(t)));
-        let words: Vec<String> = spp.into_iter().chain(time).collect();
+        let error = self.error.map(|e| format!("an error of {}", crate::progress::percent(e as f32)));
+        let words: Vec<String> = error.into_iter().chain(spp).chain(time).collect();
         let hint = if self.is_default { " by default, see --spp and --time" } else { "" };
         format!("{}{hint}", words.join(" or "))
     }
@@ -114,6 +128,26 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// What the samples of this run depend on.
+    pub fn origin(&self, scene: &Scene, residual: f32) -> Origin {
+        let Size(width, height) = self.size;
+        let (view, size) = (view_hash(scene), [width, height]);
+        Origin { scene: scene.content_hash, view, size, options: self.options, residual }
+    }
+
+    /// What a time budget keeps free for writing.
+    pub fn writing_time(&self, targets: &[Target], screen: &ScreenArgs, film: bool) -> Duration {
+        if self.budget.time.is_none() {
+            return Duration::ZERO;
+        }
+        let [x0, x1, y0, y1] = self.region;
+        let pixels = (x1 - x0) as u64 * (y1 - y0) as u64;
+        let film = if film { crate::checkpoint::writing_time(pixels) } else { Duration::ZERO };
+        output::writing_time(targets, pixels, screen) + film
+    }
+}
+
 /// The options of a zonal solution; a time limit instead of a count lets particles run on.
 pub fn solution(
     budget: Option<u64>,
@@ -168,7 +202,13 @@ mod tests {
 
     #[test]
     fn particles_get_their_share_of_what_is_left() {
-        let budget = Budget { spp: None, time: Some(Duration::from_secs(10)), is_default: false };
+        let budget = Budget {
+            first: 0,
+            spp: None,
+            error: None,
+            time: Some(Duration::from_secs(10)),
+            is_default: false,
+        };
         let s = Duration::from_secs;
         let end = budget.particle_deadline(s(2), s(1)).unwrap();
         assert!((end.as_secs_f64() - (2.0 + 0.15 * 7.0)).abs() < 1e-9);

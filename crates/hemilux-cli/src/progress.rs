@@ -42,6 +42,7 @@ pub struct Progress {
     remark: String,
     budget: String,
     lines: Vec<String>,
+    times: Vec<(&'static str, Duration)>,
     bar: Option<ProgressBar>,
     last_json: Option<Instant>,
 }
@@ -65,6 +66,7 @@ impl Progress {
             remark: String::new(),
             budget: String::new(),
             lines: Vec::new(),
+            times: Vec::new(),
             bar: None,
             last_json: None,
         }
@@ -92,7 +94,15 @@ impl Progress {
         self.remark = text;
     }
 
+    /// The stages so far with what each took, the present one included.
+    pub fn times(&self) -> Vec<(&'static str, Duration)> {
+        self.times.iter().copied().chain([(self.name, self.since.elapsed())]).collect()
+    }
+
     fn end_stage(&mut self) {
+        if !self.name.is_empty() {
+            self.times.push((self.name, self.since.elapsed()));
+        }
         if !self.name.is_empty() && self.form == Form::Lines {
             let time = seconds(self.since.elapsed());
             self.lines.push(format!("{:8} {time:>8}  {}", self.name, self.remark).trim_end().to_owned());

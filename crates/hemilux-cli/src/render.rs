@@ -1,24 +1,27 @@
 //! `hemilux render`: a scene in, pictures out.
 
-use crate::args::RenderArgs;
+use crate::args::{RenderArgs, name_of};
+use crate::checkpoint::{self, Keeper};
 use crate::failure::{Failure, Kind};
-use crate::finish;
 use crate::interrupt::Interrupt;
 use crate::output::{self, Header};
 use crate::plan::{Plan, seconds};
 use crate::progress::{Look, Progress, percent};
 use crate::talk::Talk;
 use crate::values::Size;
-use crate::{load, machine, radiance};
+use crate::{load, machine, pilot, radiance, report};
+use hemilux::checkpoint::{FilmFile, FilmFileError, Origin, Source, ZoneSource};
 use hemilux::film::Film;
 use hemilux::picture;
-use hemilux::render::{Mode, Renderer, Stop};
+use hemilux::render::{DEFAULT_SHARE, Mode, Renderer};
+use hemilux::residual::Study;
 use hemilux::strategies;
+use hemilux::transport::Residual;
 use hemilux::world::World;
-use hemilux::zones::Zones;
+use hemilux::zones::{ZoneOptions, Zones};
 use serde_json::json;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Render.
@@ -29,6 +32,10 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     set_threads(args.threads)?;
     // What can be refused without the scene is refused before it is read.
     output::targets(&args.outputs, &args.scene.scenes, None)?;
+    let kept_at = args.checkpoint.clone().or(args.resume.clone());
+    kept_at.as_deref().map(checkpoint::check_path).transpose()?;
+    args.report.as_deref().map(output::check_writable).transpose()?;
+    let resumed = args.resume.as_deref().map(Resumed::read).transpose()?;
 
     progress.stage("load");
     let mut scene = load::scene(&args.scene.scenes, &args.scene.defines, args.scene.lenient, &talk)?;
@@ -36,14 +43,16 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         scene.camera = load::camera(path, &args.scene.defines, &talk)?;
     }
     let targets = output::targets(&args.outputs, &args.scene.scenes, Some(&scene))?;
-    let plan = Plan::resolve(&args, &scene)?;
+    let mut plan = Plan::resolve(&args, &scene)?;
     let Size(width, height) = plan.size;
-    let mut film = Film::new(width, height, plan.region);
-    let [x0, x1, y0, y1] = plan.region;
-    let writing = match plan.budget.time {
-        Some(_) => output::writing_time(&targets, (x1 - x0) as u64 * (y1 - y0) as u64, &args.screen),
-        None => Duration::ZERO,
-    };
+    // Where neither the user nor the film says it, pairs will decide.
+    let share = args.residuals.map(|s| s.0 as f32).or(resumed.as_ref().map(|r| r.file.origin.residual));
+    let mut origin =
+        plan.origin(&scene, share.filter(|_| plan.options.mode == Mode::Corrected).unwrap_or(0.0));
+    if let Some(resumed) = &resumed {
+        resumed.check(&origin, &plan, &args)?;
+    }
+    let writing = plan.writing_time(&targets, &args.screen, kept_at.is_some());
 
     progress.stage("prepare");
     let world = World::new(scene);
@@ -60,7 +69,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         talk.warning("--max-depth is only used in mode path");
     }
 
-    if plan.options.mode == Mode::Zonal && strategies::is_biased(args.strategy) {
+    if matches!(plan.options.mode, Mode::Zonal | Mode::Corrected) && strategies::is_biased(args.strategy) {
         talk.warning(&format!(
             "strategy {} is biased: errors do not all average out",
             strategies::name(args.strategy)
@@ -68,37 +77,84 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     }
 
     interrupt.arm();
-    let zones = match plan.options.mode {
-        Mode::Path => None,
-        Mode::Zonal | Mode::Zones => {
-            Some(zonal_solution(&args, &plan, &world, begin, writing, &interrupt, &mut progress)?)
+    let zones = match plan.options.mode.needs_zones() {
+        false => None,
+        true => {
+            let work = Work { args: &args, plan: &plan, world: &world, begin, writing };
+            Some(work.zonal_solution(resumed.as_ref(), &interrupt, &mut progress)?)
         }
     };
+    let deadline = plan.budget.time.map(|t| begin + t.saturating_sub(writing));
+    let late = deadline.is_some_and(|d| Instant::now() >= d);
+    let mut renderer = Renderer::new(&world, zones.as_ref(), width, height, plan.options);
+
+    let wanted = match plan.options.mode {
+        Mode::Corrected => share.is_none(),
+        Mode::Zonal => args.report.is_some(),
+        _ => false,
+    };
+    let study = (wanted && !late).then(|| {
+        progress.stage("pairs");
+        let study = renderer.study(plan.region, PAIRS);
+        progress.remark(study_in_words(&study));
+        study
+    });
+    if plan.options.mode == Mode::Corrected {
+        let share = share.or(study.map(|s| s.share)).unwrap_or(DEFAULT_SHARE);
+        renderer = renderer.with_residual(Residual::new(share));
+        origin.residual = share;
+    }
+    let mut pilot_rays = study.map_or(0, |s| s.rays);
+    if let Some(target) = plan.budget.error {
+        progress.stage("pilot");
+        // With a limit of time, a quarter of what is left is for finding out.
+        let until = deadline.map(|d| Instant::now() + d.saturating_duration_since(Instant::now()) / 4);
+        let limit = plan.budget.spp;
+        match pilot::pilot(&renderer, plan.region, plan.options.seed, target, limit, until, interrupt.flag())
+        {
+            Some(found) => {
+                progress.remark(format!(
+                    "{} samples per pixel, thrown away, say that {} are needed",
+                    found.spent, found.passes
+                ));
+                pilot_rays += found.rays;
+                plan.budget.spp = Some(plan.budget.spp.map_or(found.passes, |n| n.min(found.passes)));
+            }
+            None => progress.remark("no time to find out how many samples are needed".into()),
+        }
+    }
 
     progress.stage("render");
-    let renderer = Renderer::new(&world, zones.as_ref(), width, height, plan.options);
-    let deadline = plan.budget.time.map(|t| begin + t.saturating_sub(writing));
-    let stop = Stop { passes: plan.budget.spp.unwrap_or(u32::MAX), deadline };
-    let late = deadline.is_some_and(|d| Instant::now() >= d);
-    progress.budget(plan.budget.describe());
-    let since = Instant::now();
-    let outcome = renderer.run(&mut film, stop, interrupt.flag(), |p| {
-        let pass = Some((p.passes, plan.budget.spp));
-        progress.look(Look { done: p.done as f64, pass, rays: p.rays, error: p.error });
-    });
-    if outcome.passes == 0 {
-        return Err(Interrupt::failure("before the first pass; nothing is written"));
-    }
-    let mut rays = outcome.rays;
-    let more = match deadline {
-        Some(d) if plan.budget.spp.is_none_or(|n| outcome.passes < n) => {
-            let per_pass = since.elapsed() / outcome.passes;
-            finish::rows(&renderer, &mut film, outcome.passes, per_pass, d, interrupt.flag())
-        }
-        _ => None,
+    let source = Source {
+        seed: plan.options.seed,
+        zones: checkpoint::zone_source(zones.as_ref(), args.zones.is_some(), &plan.solution),
+        prologue: Vec::new(),
     };
-    rays += more.unwrap_or(0);
-    let samples = Samples { least: outcome.passes, more: more.is_some() };
+    let mut run = Run {
+        args: &args,
+        plan: &plan,
+        world: &world,
+        zones: zones.as_ref(),
+        study,
+        residual: origin.residual,
+        samples: Samples::default(),
+        rays: 0,
+        error: None,
+        time: Duration::ZERO,
+        stopped: None,
+    };
+    let mut keeper = Keeper::new(kept_at, args.checkpoint_every, talk, origin, run.notes(), source);
+    let mut film = resumed.map_or_else(|| Film::new(width, height, plan.region), |r| r.file.film);
+    progress.budget(plan.budget.describe());
+    let outcome =
+        renderer.run_range(&mut film, plan.budget.passes(), deadline, interrupt.flag(), |film, p| {
+            let pass = Some((p.passes, plan.budget.spp));
+            progress.look(Look { done: p.done as f64, pass, rays: p.rays, error: p.error });
+            keeper.look(film);
+        });
+    let rays = outcome.rays;
+    let (least, most) = film.samples();
+    let samples = Samples { least, most };
     let error = film.relative_error();
     progress.remark(format!(
         "{} (budget: {}), {} rays",
@@ -108,19 +164,16 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     ));
 
     progress.stage("write");
-    let short = stopped_short(&plan, samples, late);
-    let stopped = if interrupt.asked() { Some("interrupted".to_owned()) } else { short.clone() };
-    let run = Run {
-        args: &args,
-        plan: &plan,
-        world: &world,
-        zones: zones.as_ref(),
-        samples,
-        rays,
-        error,
-        time: begin.elapsed(),
-        stopped,
-    };
+    keeper.keep(&film);
+    let kept = keeper.path().map(|p| p.display().to_string());
+    if least == 0 {
+        keeper.end()?;
+        let what = kept.map_or("nothing is written".into(), |k| format!("no picture is written, only {k}"));
+        return Err(Interrupt::failure(&format!("before the first pass; {what}")));
+    }
+    let short = stopped_short(&plan, samples, late, error);
+    (run.samples, run.rays, run.error, run.time) = (samples, rays, error, begin.elapsed());
+    run.stopped = if interrupt.asked() { Some("interrupted".to_owned()) } else { short.clone() };
     let header = run.header();
     let image = picture::image(&film, &[]);
     let mut written = Vec::new();
@@ -128,6 +181,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         let said = target.write(&image, &header, &args.screen)?;
         written.push(said.map_or(target.name(), |s| format!("{} (exposure {s})", target.name())));
     }
+    written.extend(kept);
     let rejected = film.rejected();
     let time = begin.elapsed();
     let mut summary = vec![format!("wrote {}", written.join(", "))];
@@ -138,21 +192,68 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         machine::count(rays as f64),
         error.map_or(String::new(), |e| format!(", typical error of a pixel {}", percent(e)))
     ));
+    let progress_times = progress.times();
     progress.end(
         &summary,
         json!({
-            "files": targets.iter().map(output::Target::name).collect::<Vec<_>>(), "spp": outcome.passes,
+            "files": targets.iter().map(output::Target::name).collect::<Vec<_>>(), "spp": least,
             "rays": rays, "err": error, "rejected": rejected, "time_s": time.as_secs_f64(),
         }),
     );
     warn_rejected(&talk, rejected);
+    if let Some(path) = &args.report {
+        let report = run.report(&film, &progress_times, pilot_rays, begin.elapsed(), short.as_deref());
+        report::write(path, &report)?;
+    }
     if outcome.cancelled {
+        keeper.end()?;
         return Err(Interrupt::failure(&format!("{samples} are written")));
     }
+    keeper.end()?;
     match short {
         Some(why) => Err(Failure::new(Kind::Short, why)),
         None => Ok(()),
     }
+}
+
+/// A film to go on from.
+struct Resumed {
+    path: PathBuf,
+    file: FilmFile,
+    source: Source,
+}
+
+impl Resumed {
+    fn read(path: &Path) -> Result<Resumed, Failure> {
+        let file = checkpoint::read(path)?;
+        let source = checkpoint::single_source(path, &file)?;
+        Ok(Resumed { path: path.to_owned(), file, source })
+    }
+
+    /// That this run would make the same samples.
+    fn check(&self, origin: &Origin, plan: &Plan, args: &RenderArgs) -> Result<(), Failure> {
+        self.file.origin.check(origin).map_err(|e| checkpoint::refused(&self.path, &e))?;
+        if self.file.film.region() != plan.region {
+            let text = |r: [u32; 4]| format!("{},{},{},{}", r[0], r[1], r[2], r[3]);
+            let (theirs, ours) = (text(self.file.film.region()), text(plan.region));
+            let error = FilmFileError::Differs { what: "crop (pixels x0,x1,y0,y1)", theirs, ours };
+            return Err(checkpoint::refused(&self.path, &error));
+        }
+        let particles = args.solution.particles;
+        checkpoint::check_source(&self.path, &self.source, plan.options.seed, &plan.solution, particles)
+    }
+}
+
+/// Pairs for the share of residuals and the zones' bias.
+const PAIRS: usize = 8192;
+
+fn study_in_words(s: &Study) -> String {
+    format!(
+        "zonal bias {:+.2} % with standard error {:.2} %, share of residuals {:.3}",
+        100.0 * s.bias,
+        100.0 * s.bias_error,
+        s.share
+    )
 }
 
 /// One thread per core unless said otherwise.
@@ -162,22 +263,26 @@ pub fn set_threads(threads: Option<u16>) -> Result<(), Failure> {
     pool.map_err(|e| Failure::io(format!("cannot start {n} threads: {e}")))
 }
 
-/// Samples per pixel: everywhere at least `least`, and one more in some rows.
-#[derive(Clone, Copy)]
+/// Samples per pixel: fewest and most.
+#[derive(Clone, Copy, Default)]
 struct Samples {
     least: u32,
-    more: bool,
+    most: u32,
 }
 
 impl Samples {
     fn count(&self) -> String {
-        if self.more { format!("{} to {}", self.least, self.least + 1) } else { self.least.to_string() }
+        if self.most > self.least {
+            format!("{} to {}", self.least, self.most)
+        } else {
+            self.least.to_string()
+        }
     }
 }
 
 impl fmt::Display for Samples {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let plural = if self.more || self.least != 1 { "s" } else { "" };
+        let plural = if self.most > self.least || self.least != 1 { "s" } else { "" };
         write!(f, "{} sample{plural} per pixel", self.count())
     }
 }
@@ -189,7 +294,16 @@ fn warn_rejected(talk: &Talk, rejected: u64) {
 }
 
 /// Why the target was not reached, if it was not.
-fn stopped_short(plan: &Plan, samples: Samples, late: bool) -> Option<String> {
+fn stopped_short(plan: &Plan, samples: Samples, late: bool, error: Option<f32>) -> Option<String> {
+    if let Some(target) = plan.budget.error
+        && error.is_none_or(|e| e as f64 > target)
+    {
+        let reached = error.map_or("an unknown error".into(), percent);
+        return Some(format!(
+            "the typical error of a pixel is {reached} after {samples}, not the {} asked for",
+            percent(target as f32)
+        ));
+    }
     match (plan.budget.spp, plan.budget.time) {
         (Some(spp), Some(time)) if samples.least < spp => Some(format!(
             "stopped by --time {} at {} of {spp} samples per pixel",
@@ -203,51 +317,75 @@ fn stopped_short(plan: &Plan, samples: Samples, late: bool) -> Option<String> {
     }
 }
 
-fn zonal_solution(
-    args: &RenderArgs,
-    plan: &Plan,
-    world: &World,
+/// What the stages of a render share.
+struct Work<'a> {
+    args: &'a RenderArgs,
+    plan: &'a Plan,
+    world: &'a World,
     begin: Instant,
     writing: Duration,
-    interrupt: &Interrupt,
-    progress: &mut Progress,
-) -> Result<Zones, Failure> {
-    progress.stage("zones");
-    let zones = match &args.zones {
-        Some(path) => read_zones(path, world)?,
-        None => {
-            let deadline = plan.budget.particle_deadline(begin.elapsed(), writing).map(|d| begin + d);
-            solve(world, &plan.solution, deadline, interrupt, progress)
-        }
-    };
-    let (median, _) = zones.relative_errors();
-    progress.remark(format!(
-        "{} zones, {} particles, median error {}",
-        machine::count(zones.map().len() as f64),
-        machine::count(zones.particles as f64),
-        percent(median)
-    ));
-    Ok(zones)
 }
 
-/// Solve until the particles, the time or the user's patience end.
+impl Work<'_> {
+    fn zonal_solution(
+        &self,
+        resumed: Option<&Resumed>,
+        interrupt: &Interrupt,
+        progress: &mut Progress,
+    ) -> Result<Zones, Failure> {
+        progress.stage("zones");
+        let zones = match (&self.args.zones, resumed.map(|r| r.source.zones)) {
+            (Some(path), _) => read_zones(path, self.world)?,
+            // The very particles of the run before, whatever ended them then.
+            (None, Some(ZoneSource::Solved { budget, planned, particles, seed, .. })) => {
+                let options = ZoneOptions { budget, particles: planned, seed };
+                solve(self.world, &options, None, Some(particles), interrupt, progress)
+            }
+            _ => {
+                let deadline = self.plan.budget.particle_deadline(self.begin.elapsed(), self.writing);
+                let deadline = deadline.map(|d| self.begin + d);
+                solve(self.world, &self.plan.solution, deadline, None, interrupt, progress)
+            }
+        };
+        if let Some(resumed) = resumed {
+            if interrupt.asked() {
+                return Err(Interrupt::failure("before the zones were there; nothing is written"));
+            }
+            let checked = resumed.source.zones.check(Some(&zones));
+            checked.map_err(|e| checkpoint::refused(&resumed.path, &e))?;
+        }
+        let (median, _) = zones.relative_errors();
+        progress.remark(format!(
+            "{} zones, {} particles, median error {}",
+            machine::count(zones.map().len() as f64),
+            machine::count(zones.particles as f64),
+            percent(median)
+        ));
+        Ok(zones)
+    }
+}
+
+/// Solve until the particles, the time or the user's patience end; with `traced`, until so many particles, which is where
+/// an earlier run ended.
 pub fn solve(
     world: &World,
-    options: &hemilux::zones::ZoneOptions,
+    options: &ZoneOptions,
     deadline: Option<Instant>,
+    traced: Option<u64>,
     interrupt: &Interrupt,
     progress: &mut Progress,
 ) -> Zones {
     let since = Instant::now();
     Zones::solve_until(world, options, |particles| {
-        let by_count = particles as f64 / options.particles as f64;
+        let by_count = particles as f64 / traced.unwrap_or(options.particles) as f64;
         let by_time = deadline.map_or(0.0, |d| {
             let all = d.saturating_duration_since(since).as_secs_f64();
             if all > 0.0 { since.elapsed().as_secs_f64() / all } else { 1.0 }
         });
         progress.look(Look { done: by_count.max(by_time).min(1.0), rays: particles, ..Look::default() });
         // A solution without any particle would be a black one.
-        interrupt.asked() || (by_time >= 1.0 && particles > 0)
+        let enough = traced.is_some_and(|n| particles >= n);
+        interrupt.asked() || enough || (by_time >= 1.0 && particles > 0)
     })
 }
 
@@ -263,6 +401,8 @@ struct Run<'a> {
     plan: &'a Plan,
     world: &'a World,
     zones: Option<&'a Zones>,
+    study: Option<Study>,
+    residual: f32,
     samples: Samples,
     rays: u64,
     error: Option<f32>,
@@ -271,6 +411,23 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    fn is_unbiased(&self) -> bool {
+        let options = &self.plan.options;
+        match options.mode {
+            Mode::Path => true,
+            Mode::Corrected => !strategies::is_biased(options.plan.strategy),
+            Mode::Zonal | Mode::Zones => false,
+        }
+    }
+
+    /// What a film file says of itself: what does not depend on how far the run is.
+    fn notes(&self) -> Vec<(String, String)> {
+        const OF_THE_RUN: [&str; 5] = ["samples_per_pixel", "rays", "render_time", "seed", "stopped"];
+        let header = self.header();
+        let entries = header.entries.into_iter().filter(|(k, _)| !OF_THE_RUN.contains(&k.as_str()));
+        entries.chain(header.radiance.into_iter().map(|(k, v)| (format!("radiance.{k}"), v))).collect()
+    }
+
     fn header(&self) -> Header {
         let mut entries: Vec<(String, String)> = Vec::new();
         let mut put = |key: &str, value: String| entries.push((key.to_owned(), value));
@@ -286,6 +443,7 @@ impl Run<'_> {
             "mode",
             match options.mode {
                 Mode::Zonal => "zonal (biased by the zones)",
+                Mode::Corrected => "corrected (unbiased)",
                 Mode::Path => "path (unbiased)",
                 Mode::Zones => "zones (the zonal solution, not a picture of the scene)",
             }
@@ -297,7 +455,13 @@ impl Run<'_> {
             let limit = options.max_depth;
             put("max_depth", if limit == u32::MAX { "none".into() } else { limit.to_string() });
         }
-        if options.mode == Mode::Zonal {
+        if options.mode == Mode::Corrected {
+            put("residual_share", self.residual.to_string());
+        }
+        if let Some(study) = self.study.filter(|_| options.mode == Mode::Zonal) {
+            put("zonal_bias", format!("{:.5} with standard error {:.5}", study.bias, study.bias_error));
+        }
+        if matches!(options.mode, Mode::Zonal | Mode::Corrected) {
             let strategy = options.plan.strategy;
             let biased = if strategies::is_biased(strategy) { " (biased)" } else { "" };
             put("strategy", format!("{}{biased}", strategies::name(strategy)));
@@ -318,6 +482,53 @@ impl Run<'_> {
             put("stopped", why.clone());
         }
         Header { entries, radiance: self.radiance() }
+    }
+
+    /// What `--report` writes.
+    fn report(
+        &self,
+        film: &Film,
+        times: &[(&'static str, Duration)],
+        pilot_rays: u64,
+        total: Duration,
+        short: Option<&str>,
+    ) -> serde_json::Value {
+        let (options, budget) = (&self.plan.options, &self.plan.budget);
+        let zones = self.zones.map(|z| {
+            let (median, high) = z.relative_errors();
+            json!({
+                "count": z.map().len(), "particles": z.particles, "rays": z.ledger.rays,
+                "relative_error_median": median, "relative_error_95": high,
+            })
+        });
+        let bias = self.study.map(|s| {
+            json!({
+                "relative": s.bias, "standard_error": s.bias_error, "pairs": s.pairs,
+                "in_the_picture": options.mode == Mode::Zonal,
+            })
+        });
+        let mut stages: serde_json::Map<String, serde_json::Value> =
+            times.iter().map(|(name, t)| ((*name).to_owned(), json!(t.as_secs_f64()))).collect();
+        stages.insert("total".into(), json!(total.as_secs_f64()));
+        json!({
+            "software": format!("hemilux {}", env!("CARGO_PKG_VERSION")),
+            "command": command_line(),
+            "scene": self.args.scene.scenes.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
+            "scene_hash": format!("{:016x}", self.world.scene.content_hash),
+            "mode": name_of(&Mode::ALL, options.mode), "unbiased": self.is_unbiased(),
+            "seed": options.seed,
+            "noise": report::noise(film),
+            "zones": zones, "zonal_bias": bias,
+            "residual_share": (options.mode == Mode::Corrected).then_some(self.residual),
+            // Gathers do not yet say how much came from where nothing was predicted.
+            "surprise": null,
+            "rays": {"picture": self.rays, "pilot": pilot_rays},
+            "seconds": stages,
+            "budget": {
+                "spp": budget.spp, "seconds": budget.time.map(|t| t.as_secs_f64()), "error": budget.error,
+                "met": short.is_none() && self.stopped.is_none(), "why_not": short.or(self.stopped.as_deref()),
+            },
+        })
     }
 
     fn radiance(&self) -> Vec<(String, String)> {

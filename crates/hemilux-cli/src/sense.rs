@@ -32,9 +32,13 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     let world = World::new(scene);
     let zones = match args.mode {
         SenseMode::Path => Vec::new(),
-        SenseMode::Zonal => solutions(&world, &args)?,
+        SenseMode::Corrected => solutions(&world, &args, 1)?,
+        SenseMode::Zonal => solutions(&world, &args, GROUPS as u64)?,
     };
-    let sense = Sense::new(&world, &zones, options(&args, &photometry));
+    let sense = match args.mode {
+        SenseMode::Corrected => Sense::corrected(&world, &zones, options(&args, &photometry)),
+        _ => Sense::new(&world, &zones, options(&args, &photometry)),
+    };
     let mut writer = Writer::new(&args, photometry);
     if !args.talk.quiet {
         talk::line(&preamble(&args, &photometry, &zones, begin.elapsed()));
@@ -76,14 +80,14 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     Ok(())
 }
 
-fn solutions(world: &World, args: &SenseArgs) -> Result<Vec<Zones>, Failure> {
+fn solutions(world: &World, args: &SenseArgs, count: u64) -> Result<Vec<Zones>, Failure> {
     let options =
         crate::plan::solution(args.solution.zone_budget, args.solution.particles, args.seed, false)?;
     // The particles are shared out: as many in all as one solution would have.
-    let each = (options.particles / GROUPS as u64).max(1);
-    Ok((0..GROUPS as u64)
+    let each = (options.particles / count).max(1);
+    Ok((0..count)
         .map(|g| {
-            let seed = options.seed.wrapping_mul(GROUPS as u64).wrapping_add(g);
+            let seed = options.seed.wrapping_mul(count).wrapping_add(g);
             Zones::solve(world, &ZoneOptions { particles: each, seed, ..options })
         })
         .collect())
@@ -131,6 +135,9 @@ impl QuantityName {
 fn preamble(args: &SenseArgs, photometry: &Photometry, zones: &[Zones], prepared: Duration) -> String {
     let convention = format!("photometry: {}", photometry.name);
     let interval = match zones {
+        _ if args.mode == SenseMode::Corrected => {
+            "intervals: 95 %, Student over 16 independent groups; gather rays end on zones with residuals (unbiased)".to_string()
+        }
         [] => {
             "intervals: 95 %, Student over 16 independent groups; gather rays continued as paths (unbiased)"
                 .to_string()

@@ -215,6 +215,10 @@ mod tests {
         }
         assert_eq!(define("a=b=c"), Ok(("a".into(), "b=c".into())));
         assert!(define("a").is_err() && define("=b").is_err());
+        assert_eq!("16..32".parse(), Ok(Passes(16, 32)));
+        for bad in ["16", "3..3", "4..3", "-1..3", "a..b", "1..99999999999"] {
+            assert!(bad.parse::<Passes>().is_err(), "{bad}");
+        }
         assert_eq!(("file".parse(), "3".parse()), (Ok(Depth::File), Ok(Depth::Limit(3))));
         assert!("-1".parse::<Depth>().is_err());
         assert_eq!(("auto".parse(), "-1.5".parse()), (Ok(Exposure::Auto), Ok(Exposure::Stops(-1.5))));
@@ -234,6 +238,20 @@ mod tests {
             assert!(strategy(bad).is_err(), "{bad}");
         }
         assert!(count("0").is_err() && count("-1").is_err() && count("1e30").is_err() && count("").is_err());
+    }
+}
+
+/// Passes `A..B`, A up to but not B.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Passes(pub u32, pub u32);
+
+impl FromStr for Passes {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Passes, String> {
+        let bad = || format!("{text:?} is no range of passes such as 16..32");
+        let (a, b) = text.split_once("..").ok_or_else(bad)?;
+        let (a, b) = (a.trim().parse().map_err(|_| bad())?, b.trim().parse().map_err(|_| bad())?);
+        if a < b { Ok(Passes(a, b)) } else { Err(bad()) }
     }
 }
 

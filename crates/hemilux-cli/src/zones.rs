@@ -40,7 +40,7 @@ pub fn run(args: ZonesArgs, begin: Instant) -> Result<(), Failure> {
     progress.stage("zones");
     interrupt.arm();
     let deadline = args.time.map(|t| begin + t);
-    let zones = solve(&world, &options, deadline, &interrupt, &mut progress);
+    let zones = solve(&world, &options, deadline, None, &interrupt, &mut progress);
     if zones.particles == 0 {
         return Err(Interrupt::failure("before the first particles; nothing is written"));
     }

@@ -1,19 +1,26 @@
 //! `hemilux sense` and `hemilux rtrace`, run as programs.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
 
 /// A lamp of 10 cm radius over a black floor, its irradiance at the origin known: π L sin² of its half-angle, over the
 /// cosine: straight up.
 const LAMP: &str = "void light lamp 0 0 3 100 100 100\nlamp sphere bulb 0 0 4 0 0 2 .1\n";
 
 fn run(arguments: &[&str], input: &str) -> Output {
-    let directory = std::env::temp_dir().join(format!("hemilux-sense-{}", std::process::id()));
-    std::fs::create_dir_all(&directory).expect("a directory for the scene");
-    std::fs::write(directory.join("lamp.rad"), LAMP).expect("the scene");
+    // Written once: tests run side by side.
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    let directory = DIRECTORY.get_or_init(|| {
+        let directory = std::env::temp_dir().join(format!("hemilux-sense-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).expect("a directory for the scene");
+        std::fs::write(directory.join("lamp.rad"), LAMP).expect("the scene");
+        directory
+    });
     let mut child = Command::new(env!("CARGO_BIN_EXE_hemilux"))
         .args(arguments)
-        .current_dir(&directory)
+        .current_dir(directory)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -290,13 +290,13 @@ pub enum MaterialKind {
     Polished {
         /// Albedo of diffuse reflection.
         diffuse: Rgb,
-        /// Mirror or GGX reflectance.
+        /// Mirror or rough reflectance.
         specular: Rgb,
         /// Albedo of diffuse transmission.
         diffuse_transmission: Rgb,
         /// Transmittance straight through, spread by half the roughness.
         specular_transmission: Rgb,
-        /// GGX α; 0 is smooth.
+        /// Ward's roughness; 0 is smooth.
         alpha: f32,
         /// The mirror grows to 1 towards grazing angles, what is below it fades likewise (smooth surfaces only).
         fresnel: bool,

@@ -72,7 +72,7 @@ fn kernels(c: &mut Criterion) {
         ("gather of 64 rays over zones, sobol", Some(&zones), Strategy::Sobol),
         ("gather of 64 rays continued as paths", None, Strategy::Jittered),
     ] {
-        let walker = Walker { world: &world, zones, max_depth: u32::MAX };
+        let walker = Walker { zones, ..Walker::path(&world) };
         let plan = GatherPlan { rays: 64, shadow_rays: 4, strategy };
         c.bench_function(name, |b| {
             b.iter(|| {
@@ -82,15 +82,14 @@ fn kernels(c: &mut Criterion) {
             })
         });
     }
-    let walker = Walker { world: &world, zones: None, max_depth: u32::MAX };
+    let walker = Walker::path(&world);
     c.bench_function("one path", |b| {
         b.iter(|| {
             i = i.wrapping_add(1);
             let mut sampler = Sampler::new(1, i as u64, 0);
             let u = sampler.next2();
             let dir = Vec3::new(u[0] - 0.5, 1.0, u[1] - 0.5).normalize();
-            let start =
-                Start { origin: Vec3::new(2.0, 1.0, 1.2), dir, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+            let start = Start { origin: Vec3::new(2.0, 1.0, 1.2), dir, arrival: Arrival::Full, depth: 0 };
             black_box(walker.field_radiance(start, &mut sampler, &mut Tally::default()))
         })
     });

@@ -2,7 +2,8 @@
 //!
 //! Sums are kept in fixed point (128-bit, one unit = 2⁻⁶⁰), so addition is exact, associative and commutative: any
 //! grouping of the same passes over the same tiles gives the same bits, whatever the number of threads or shards.
-//! A film also records which passes cover which tile; [`Film::merge`] refuses coverage that overlaps.
+//! A film also records which passes cover which tile; [`Film::merge`] refuses coverage that overlaps. Its file form, and
+//! the joining of films of different parts and seeds, are in [`crate::checkpoint`].
 //!
 //! Invariant: a pixel's sample count is the number of passes that cover its tile.
 
@@ -39,6 +40,8 @@ pub struct Pixel {
     hits: u32,
     samples: u32,
     rejected: u32,
+    /// Bits of the largest luminance of a single sample: for values that are not negative their order is that of floats.
+    largest: u32,
 }
 
 fn fixed(v: f32, unit: f64) -> i128 {
@@ -54,6 +57,7 @@ impl Pixel {
     pub fn add(&mut self, s: &Sample) {
         self.samples += 1;
         if s.radiance.is_finite() {
+            self.largest = self.largest.max(s.radiance.luminance().max(0.0).to_bits());
             for c in 0..3 {
                 let v = s.radiance[c];
                 self.sum[c] = self.sum[c].saturating_add(fixed(v, RADIANCE_UNIT));
@@ -73,7 +77,8 @@ impl Pixel {
         }
     }
 
-    fn merge(&mut self, o: &Pixel) {
+    pub(crate) fn merge(&mut self, o: &Pixel) {
+        self.largest = self.largest.max(o.largest);
         for c in 0..3 {
             self.sum[c] = self.sum[c].saturating_add(o.sum[c]);
             self.sum_squares[c] = self.sum_squares[c].saturating_add(o.sum_squares[c]);
@@ -84,6 +89,59 @@ impl Pixel {
         self.hits += o.hits;
         self.samples += o.samples;
         self.rejected += o.rejected;
+    }
+
+    /// Append the sums as variable-length integers (zigzag, seven bits a byte): about half their size in memory.
+    pub(crate) fn encode(&self, out: &mut Vec<u8>) {
+        let wide = self.sum.iter().chain(&self.sum_squares).copied();
+        let narrow = self.albedo.iter().chain(&self.normal).chain([&self.depth]).map(|v| *v as i128);
+        let counts = [self.hits, self.samples, self.rejected, self.largest].map(i128::from);
+        for v in wide.chain(narrow).chain(counts) {
+            let mut rest = ((v << 1) ^ (v >> 127)) as u128;
+            while rest >= 0x80 {
+                out.push(rest as u8 | 0x80);
+                rest >>= 7;
+            }
+            out.push(rest as u8);
+        }
+    }
+
+    /// Fewest bytes of an encoded pixel.
+    pub(crate) const LEAST_BYTES: usize = 17;
+
+    /// Take one encoded pixel off the front of `bytes`; `None` if there is none.
+    pub(crate) fn decode(bytes: &mut &[u8]) -> Option<Pixel> {
+        let mut next = || {
+            let (mut value, mut shift) = (0u128, 0u32);
+            loop {
+                let (byte, rest) = bytes.split_first()?;
+                *bytes = rest;
+                if shift > 126 || (shift == 126 && *byte > 3) {
+                    return None;
+                }
+                value |= ((byte & 0x7f) as u128) << shift;
+                if byte & 0x80 == 0 {
+                    return Some((value >> 1) as i128 ^ -((value & 1) as i128));
+                }
+                shift += 7;
+            }
+        };
+        let mut p = Pixel::default();
+        for v in p.sum.iter_mut().chain(&mut p.sum_squares) {
+            *v = next()?;
+        }
+        for v in p.albedo.iter_mut().chain(&mut p.normal).chain([&mut p.depth]) {
+            *v = i64::try_from(next()?).ok()?;
+        }
+        for v in [&mut p.hits, &mut p.samples, &mut p.rejected, &mut p.largest] {
+            *v = u32::try_from(next()?).ok()?;
+        }
+        Some(p)
+    }
+
+    /// Largest luminance of a single sample.
+    pub fn largest(&self) -> f32 {
+        f32::from_bits(self.largest)
     }
 
     /// Number of camera samples.
@@ -183,10 +241,25 @@ impl Tile {
     pub fn passes(&self) -> &[Range<u32>] {
         &self.passes
     }
+
+    /// Those of `range` that are not in the sums, in order.
+    pub fn missing(&self, range: Range<u32>) -> Vec<Range<u32>> {
+        let (mut at, mut gaps) = (range.start, Vec::new());
+        for held in self.passes.iter().filter(|r| r.end > range.start && r.start < range.end) {
+            if held.start > at {
+                gaps.push(at..held.start);
+            }
+            at = held.end;
+        }
+        if at < range.end {
+            gaps.push(at..range.end);
+        }
+        gaps
+    }
 }
 
 /// The union of two sets of passes, sorted and joined; the first pass that is in both is an error.
-fn united(a: &[Range<u32>], b: &[Range<u32>]) -> Result<Vec<Range<u32>>, u32> {
+pub(crate) fn united(a: &[Range<u32>], b: &[Range<u32>]) -> Result<Vec<Range<u32>>, u32> {
     let mut all: Vec<Range<u32>> = a.iter().chain(b).filter(|r| !r.is_empty()).cloned().collect();
     all.sort_by_key(|r| r.start);
     let mut joined: Vec<Range<u32>> = Vec::with_capacity(all.len());
@@ -260,6 +333,19 @@ impl Film {
     /// The tiles, to add samples to.
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
+    }
+
+    /// The first pass from `from` on that some tile lacks.
+    pub fn first_missing(&self, from: u32) -> u32 {
+        let of = |t: &Tile| t.missing(from..u32::MAX).first().map_or(u32::MAX, |r| r.start);
+        self.tiles.iter().map(of).min().unwrap_or(u32::MAX)
+    }
+
+    /// Fewest and most samples of a pixel.
+    pub fn samples(&self) -> (u32, u32) {
+        let of = |t: &Tile| t.pixels.first().map_or(0, Pixel::samples);
+        let each = || self.tiles.iter().map(of);
+        (each().min().unwrap_or(0), each().max().unwrap_or(0))
     }
 
     fn shape(&self) -> [u32; 6] {
@@ -375,6 +461,40 @@ mod tests {
         p.add(&sample(f32::NAN));
         assert_eq!((p.samples(), p.rejected()), (2, 1));
         assert_eq!(p.mean()[0], 1.0);
+    }
+
+    #[test]
+    fn pixels_are_read_back_as_they_were_written() {
+        let mut p = Pixel::default();
+        [1.0, -2.5e30, 3e-20, 1e38, 0.0].iter().for_each(|&x| p.add(&sample(x)));
+        p.add(&sample(f32::NAN));
+        p.sum_squares = [i128::MAX, i128::MIN, -1];
+        let mut bytes = Vec::new();
+        for q in [Pixel::default(), p] {
+            bytes.clear();
+            q.encode(&mut bytes);
+            assert!(bytes.len() >= Pixel::LEAST_BYTES);
+            let mut rest = &bytes[..];
+            assert_eq!(Pixel::decode(&mut rest), Some(q));
+            assert!(rest.is_empty());
+            assert_eq!(Pixel::decode(&mut &bytes[..bytes.len() - 1]), None);
+        }
+        // Numbers longer than any are refused.
+        assert_eq!(Pixel::decode(&mut &[0xff; 60][..]), None);
+    }
+
+    #[test]
+    fn gaps_between_passes() {
+        let mut film = Film::new(40, 20, [0, 40, 0, 20]);
+        film.tiles_mut()[0].cover(2..4).unwrap();
+        film.tiles_mut()[0].cover(6..7).unwrap();
+        let t = &film.tiles()[0];
+        assert_eq!(t.missing(0..9), [0..2, 4..6, 7..9]);
+        let bounds = |r: Vec<std::ops::Range<u32>>| r.iter().map(|r| (r.start, r.end)).collect::<Vec<_>>();
+        assert_eq!((bounds(t.missing(3..7)), bounds(t.missing(2..4))), (vec![(4, 6)], vec![]));
+        assert_eq!((film.first_missing(0), film.first_missing(2)), (0, 2));
+        film.tiles_mut().iter_mut().skip(1).for_each(|t| t.cover(2..9).unwrap());
+        assert_eq!(film.first_missing(2), 4);
     }
 
     #[test]

@@ -8,12 +8,14 @@
 //! alone, never from values that enter the estimate, so they cost noise where they are wrong and no bias.
 //! A [`Strategy`] decides the broad strata; everything else is shared.
 
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeClass, Transport as Quantity};
+use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
 use crate::strategies::{self, Report};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
-use crate::zones::records::{Cone, MOST};
+use crate::world::luminaire::Receiver;
+use crate::zones::field::Prediction;
+use crate::zones::records::Cones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -60,40 +62,49 @@ impl GatherPlan {
     }
 }
 
-/// Rays that each lobe of a BSDF receives: in proportion to its albedo, at least one.
-struct Shares {
-    rays: [u32; crate::bsdf::MAX_LOBES],
+/// The broad strata at a point: rays over each lobe's own chart, and over the predicted field radiance for diffuse ones.
+struct Broad<'a> {
+    /// Rays in the chart of each lobe: over all lobes in proportion to albedo, at least one.
+    own: [u32; MAX_LOBES],
+    /// Rays over the prediction.
+    guided: u32,
+    prediction: Option<Prediction<'a>>,
 }
 
-impl Shares {
-    fn new(bsdf: &Bsdf, wo: Vec3, rays: u32) -> Shares {
-        let mut shares = Shares { rays: [0; crate::bsdf::MAX_LOBES] };
-        let smooth = bsdf.lobes().iter().filter(|l| l.kind() != LobeClass::Delta).count();
-        if smooth == 1 {
-            for (n, l) in shares.rays.iter_mut().zip(bsdf.lobes()) {
-                *n = if l.kind() == LobeClass::Delta { 0 } else { rays };
-            }
-            return shares;
-        }
-        let all: f32 =
-            bsdf.lobes().iter().filter(|l| l.kind() != LobeClass::Delta).map(|l| l.albedo(wo).max()).sum();
-        for (n, l) in shares.rays.iter_mut().zip(bsdf.lobes()) {
+/// Share of a diffuse lobe's rays that is not left to the prediction where that covers another hemisphere; where it covers
+/// the same, its even part is defence enough.
+const OWN: f32 = 0.3;
+
+/// Cosine between normals whose hemispheres count as one.
+const SAME_HEMISPHERE: f32 = 0.9999;
+
+impl<'a> Broad<'a> {
+    fn new(walker: &Walker<'a>, s: &Surface, bsdf: &Bsdf, wo: Vec3, rays: u32) -> Broad<'a> {
+        let mut broad = Broad { own: [0; MAX_LOBES], guided: 0, prediction: None };
+        let smooth = |l: &&Lobe| l.kind() != LobeClass::Delta;
+        let alone = bsdf.lobes().iter().filter(smooth).count() == 1;
+        let all: f32 = bsdf.lobes().iter().filter(smooth).map(|l| l.albedo(wo).max()).sum();
+        for (n, l) in broad.own.iter_mut().zip(bsdf.lobes()) {
             if l.kind() != LobeClass::Delta {
-                let share = if all > 0.0 { l.albedo(wo).max() / all } else { 1.0 };
+                let share = if alone || all <= 0.0 { 1.0 } else { l.albedo(wo).max() / all };
                 *n = ((rays as f32 * share).ceil() as u32).max(1);
             }
         }
-        shares
-    }
-
-    /// Give no rays to some lobes; whether any lobe keeps some.
-    fn leave_out(&mut self, bsdf: &Bsdf, out: impl Fn(&Lobe) -> bool) -> bool {
-        for (n, l) in self.rays.iter_mut().zip(bsdf.lobes()) {
-            if out(l) {
-                *n = 0;
+        let Some(zones) = walker.zones else { return broad };
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        broad.prediction = zones.field().near(s.p, n);
+        if let Some(prediction) = &broad.prediction {
+            let same = prediction.normal().dot(if s.is_front(s.wo) { s.frame.n } else { -s.frame.n })
+                > SAME_HEMISPHERE;
+            let kept = |n: u32| if same { 1 } else { ((n as f32 * OWN) as u32).max(1) };
+            for (k, l) in bsdf.lobes().iter().enumerate() {
+                if l.kind() == LobeClass::Diffuse && !l.is_transmissive() && broad.own[k] > 1 {
+                    broad.guided += broad.own[k] - kept(broad.own[k]);
+                    broad.own[k] = kept(broad.own[k]);
+                }
             }
         }
-        self.rays.iter().any(|n| *n > 0)
+        broad
     }
 }
 
@@ -106,197 +117,155 @@ pub fn gather(
     sampler: &mut Sampler,
     tally: &mut Tally,
 ) -> Rgb {
-    let wo = s.frame.to_local(s.wo);
-    let mut shares = Shares::new(bsdf, wo, plan.rays);
-    let mut reported = Rgb::BLACK;
     if let Strategy::Report(method) = plan.strategy {
-        reported = strategies::gather_diffuse(walker, s, bsdf, wo, method, plan.rays, sampler, tally);
-        if !shares.leave_out(bsdf, |lobe| strategies::is_handled(lobe, wo)) {
-            return reported;
+        return strategies::gather(walker, s, bsdf, plan, method, sampler, tally);
+    }
+    let wo = s.frame.to_local(s.wo);
+    let broad = Broad::new(walker, s, bsdf, wo, plan.rays);
+    let cones = match walker.zones {
+        Some(zones) if !zones.records().is_empty() => {
+            let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+            Cones::new(zones.records(), s.p, n)
+        }
+        _ => Cones::none(),
+    };
+    let cone_rays = cone_rays(&cones, plan);
+    let receiver = Receiver::surface(s, bsdf);
+    let at = Point { walker, s, receiver, bsdf, wo, broad: &broad, cones: &cones, cone_rays, plan };
+    let mut radiance = at.by_cones(sampler, tally);
+    radiance += at.by_shadow_rays(sampler, tally);
+    for (k, lobe) in bsdf.lobes().iter().enumerate() {
+        if broad.own[k] > 0 {
+            radiance += at.by_lobe(k, lobe, sampler, tally);
         }
     }
-    let cones = Cones::new(walker, s, plan);
-    let mut radiance = virtual_luminaires(walker, s, bsdf, wo, &shares, &cones, plan, sampler, tally);
-    radiance += reported + shadow_rays(walker, s, bsdf, wo, &shares, plan, sampler, tally);
-    for (k, lobe) in bsdf.lobes().iter().enumerate() {
-        let n = shares.rays[k];
-        if n == 0 {
-            continue;
+    radiance + at.by_prediction(sampler, tally)
+}
+
+/// As many as there are images, within what the gather may cost.
+fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
+    match cones.is_empty() {
+        true => 0,
+        false => (cones.effective().ceil() as u32).clamp(plan.rays.div_ceil(4), plan.rays * 4).max(1),
+    }
+}
+
+/// A gather under way.
+struct Point<'a> {
+    walker: &'a Walker<'a>,
+    s: &'a Surface,
+    receiver: Receiver,
+    bsdf: &'a Bsdf,
+    wo: Vec3,
+    broad: &'a Broad<'a>,
+    cones: &'a Cones,
+    cone_rays: u32,
+    plan: &'a GatherPlan,
+}
+
+impl Point<'_> {
+    /// Rays times density per steradian at world direction `w`, local `wi`, over all strata but the shadow rays.
+    #[inline]
+    fn density(&self, w: Vec3, wi: Vec3) -> f32 {
+        let mut density = 0.0;
+        for (k, lobe) in self.bsdf.lobes().iter().enumerate() {
+            if self.broad.own[k] > 0 {
+                density += self.broad.own[k] as f32 * lobe.pdf_solid_angle(self.wo, wi);
+            }
         }
-        let points = plan.strategy.points(sampler, n);
+        if let Some(prediction) = &self.broad.prediction {
+            density += self.broad.guided as f32 * prediction.pdf_solid_angle(w);
+        }
+        if self.cone_rays > 0 {
+            density += self.cone_rays as f32 * self.cones.density(w);
+        }
+        density
+    }
+
+    /// The part of one lobe's own chart.
+    fn by_lobe(&self, k: usize, lobe: &Lobe, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let n = self.broad.own[k];
+        let points = self.plan.strategy.points(sampler, n);
         let mut sum = Rgb::BLACK;
         for i in 0..n {
-            let Some(sample) = lobe.sample(wo, points.point(i), Quantity::Radiance) else { continue };
-            let mut branch = sampler.branch(i);
-            sum += gather_ray(walker, s, &sample, n, &cones, plan.shadow_rays, &mut branch, tally);
+            let Some(sample) = lobe.sample(self.wo, points.point(i), Quantity::Radiance) else { continue };
+            let w = self.s.frame.to_world(sample.wi).normalize();
+            sum += self.gather_ray(w, sample.wi, &mut sampler.branch(i), tally);
         }
-        radiance += sum * (1.0 / n as f32);
-    }
-    radiance
-}
-
-/// One gather ray: the field radiance along it, times BRDF and cosine over density.
-fn gather_ray(
-    walker: &Walker,
-    s: &Surface,
-    sample: &BsdfSample,
-    n: u32,
-    cones: &Cones,
-    shadow_rays: u32,
-    sampler: &mut Sampler,
-    tally: &mut Tally,
-) -> Rgb {
-    let wi = s.frame.to_world(sample.wi).normalize();
-    if s.is_front(wi) != (sample.wi.z > 0.0) || sample.weight.is_black() {
-        return Rgb::BLACK;
-    }
-    let arrival = Arrival::Shared { from: s.p, rays: n as f32 * sample.pdf, samples: shadow_rays as f32 };
-    let other = cones.rays as f32 * cones.density(wi);
-    let chain = power_heuristic(n as f32 * sample.pdf, other);
-    let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: 1, chain };
-    sample.weight * walker.field_radiance(start, sampler, tally)
-}
-
-/// The cones of the virtual luminaires expected at a point: a mixture of directions.
-struct Cones {
-    cones: [Cone; MOST],
-    count: usize,
-    /// Samples to take.
-    rays: u32,
-}
-
-impl Cones {
-    fn new(walker: &Walker, s: &Surface, plan: &GatherPlan) -> Cones {
-        let empty = Cone { axis: Vec3::Z, height: 1.0, share: 0.0 };
-        let mut all = Cones { cones: [empty; MOST], count: 0, rays: 0 };
-        let Some(zones) = walker.zones else { return all };
-        if zones.records().is_empty() {
-            return all;
-        }
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        let (mut previous, mut kept) = (0.0, 0.0);
-        for candidate in zones.records().near(s.p, n) {
-            let cone = candidate.cone(s.p, previous);
-            previous = candidate.cumulative();
-            if cone.axis.dot(n) > 0.0 {
-                all.cones[all.count] = cone;
-                all.count += 1;
-                kept += cone.share;
-            }
-        }
-        all.cones[..all.count].iter_mut().for_each(|c| c.share /= kept);
-        if all.count > 0 {
-            // As many as there are images, within what the gather may cost.
-            all.rays = (all.count as u32).clamp(plan.rays.div_ceil(4), plan.rays * 2).max(1);
-        }
-        all
+        sum
     }
 
-    /// Density per steradian of the mixture at `w`.
-    #[inline]
-    fn density(&self, w: Vec3) -> f32 {
-        self.cones[..self.count].iter().filter(|c| c.contains(w)).map(|c| c.share * c.density()).sum()
+    /// The part of the predicted field radiance.
+    fn by_prediction(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let Some(prediction) = &self.broad.prediction else { return Rgb::BLACK };
+        let n = self.broad.guided;
+        let points = self.plan.strategy.points(sampler, n);
+        let mut sum = Rgb::BLACK;
+        for i in 0..n {
+            let (w, _) = prediction.sample(points.point(i));
+            sum += self.gather_ray(w, self.s.frame.to_local(w), &mut sampler.branch(i), tally);
+        }
+        sum
     }
 
-    /// The cone that holds `u` of the mixture.
-    fn pick(&self, u: f32) -> &Cone {
-        let mut left = u;
-        for cone in &self.cones[..self.count] {
-            if left < cone.share {
-                return cone;
-            }
-            left -= cone.share;
+    /// The part of the cones, systematically over the mixture.
+    fn by_cones(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let n = self.cone_rays;
+        let shift = sampler.next1();
+        let points = self.plan.strategy.points(sampler, n.max(1));
+        let mut sum = Rgb::BLACK;
+        for i in 0..n {
+            let w = self.cones.sample((i as f32 + shift) / n as f32, points.point(i));
+            sum += self.gather_ray(w, self.s.frame.to_local(w), &mut sampler.branch(i), tally);
         }
-        &self.cones[self.count - 1]
+        sum
     }
-}
 
-/// Virtual luminaires by sampling the cones, systematically over the mixture, each lobe weighted against its own gather
-/// rays.
-fn virtual_luminaires(
-    walker: &Walker,
-    s: &Surface,
-    bsdf: &Bsdf,
-    wo: Vec3,
-    shares: &Shares,
-    cones: &Cones,
-    plan: &GatherPlan,
-    sampler: &mut Sampler,
-    tally: &mut Tally,
-) -> Rgb {
-    let shift = sampler.next1();
-    let points = plan.strategy.points(sampler, cones.rays.max(1));
-    let mut sum = Rgb::BLACK;
-    for i in 0..cones.rays {
-        let u = (i as f32 + shift) / cones.rays as f32;
-        let w = cones.pick(u).sample(points.point(i));
-        let wi = s.frame.to_local(w);
-        if s.is_front(w) != (wi.z > 0.0) {
-            continue;
+    /// One gather ray along `w`: BRDF, cosine and field radiance over the density of all strata (the balance heuristic).
+    fn gather_ray(&self, w: Vec3, wi: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        if self.s.is_front(w) != (wi.z > 0.0) {
+            return Rgb::BLACK;
         }
-        let here = cones.rays as f32 * cones.density(w);
-        let mut f = Rgb::BLACK;
-        for (k, lobe) in bsdf.lobes().iter().enumerate() {
-            if shares.rays[k] > 0 {
-                let gathered = shares.rays[k] as f32 * lobe.pdf_solid_angle(wo, wi);
-                f += lobe.eval(wo, wi, Quantity::Radiance) * power_heuristic(here, gathered);
-            }
+        let f = self.bsdf.eval(self.wo, wi, Quantity::Radiance) * wi.z.abs();
+        let density = self.density(w, wi);
+        if f.is_black() || density <= 0.0 {
+            return Rgb::BLACK;
         }
-        if f.is_black() || here <= 0.0 {
-            continue;
-        }
-        let mut branch = sampler.branch(i);
-        let radiance = walker.virtual_radiance(s.leave(w), w, &mut branch, tally);
-        sum += f * radiance * (wi.z.abs() / here);
+        let samples = self.plan.shadow_rays as f32;
+        let arrival = Arrival::Shared { from: self.receiver, rays: density, samples };
+        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1 };
+        f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density)
     }
-    sum
-}
 
-/// Luminaires by shadow rays, stratified over luminaires and over their points, each lobe weighted against its own
-/// gather rays.
-fn shadow_rays(
-    walker: &Walker,
-    s: &Surface,
-    bsdf: &Bsdf,
-    wo: Vec3,
-    shares: &Shares,
-    plan: &GatherPlan,
-    sampler: &mut Sampler,
-    tally: &mut Tally,
-) -> Rgb {
-    let m = plan.shadow_rays;
-    let shift = sampler.next1();
-    let points = plan.strategy.points(sampler, m);
-    let mut sum = Rgb::BLACK;
-    for i in 0..m {
-        let u_pick = (i as f32 + shift) / m as f32;
-        // Stride through the points so that each luminaire sees them well spread.
-        let u = points.point(i);
-        let Some(l) = walker.world.luminaires.sample(&walker.world.scene, s.p, u_pick, u) else { continue };
-        let wi = s.frame.to_local(l.wi);
-        if s.is_front(l.wi) != (wi.z > 0.0) {
-            continue;
-        }
-        let mut f = Rgb::BLACK;
-        for (k, lobe) in bsdf.lobes().iter().enumerate() {
-            if shares.rays[k] == 0 {
+    /// Luminaires by shadow rays, stratified over luminaires and over their points.
+    fn by_shadow_rays(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let (s, world) = (self.s, self.walker.world);
+        let m = self.plan.shadow_rays;
+        let shift = sampler.next1();
+        let points = self.plan.strategy.points(sampler, m);
+        let mut sum = Rgb::BLACK;
+        for i in 0..m {
+            let u_pick = (i as f32 + shift) / m as f32;
+            // Stride through the points so that each luminaire sees them well spread.
+            let u = points.point(i);
+            let Some(l) = world.luminaires.sample(&world.scene, &self.receiver, u_pick, u) else { continue };
+            let wi = s.frame.to_local(l.wi);
+            if s.is_front(l.wi) != (wi.z > 0.0) {
                 continue;
             }
-            let weight = if l.met_by_rays {
-                let gathered = shares.rays[k] as f32 * lobe.pdf_solid_angle(wo, wi);
-                power_heuristic(m as f32 * l.pdf_solid_angle, gathered)
-            } else {
-                1.0
-            };
-            f += lobe.eval(wo, wi, Quantity::Radiance) * weight;
+            let mut f = self.bsdf.eval(self.wo, wi, Quantity::Radiance);
+            if f.is_black() {
+                continue;
+            }
+            // What no ray meets is all the shadow rays'.
+            if l.met_by_rays {
+                f *= power_heuristic(m as f32 * l.pdf_solid_angle, self.density(l.wi, wi));
+            }
+            tally.rays += 1;
+            if !l.is_occluded(world, s) {
+                sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
+            }
         }
-        if f.is_black() {
-            continue;
-        }
-        tally.rays += 1;
-        if !l.is_occluded(walker.world, s) {
-            sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
-        }
+        sum
     }
-    sum
 }

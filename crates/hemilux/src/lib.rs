@@ -4,18 +4,23 @@
 //! [`zones::Zones`] from it; [`gather`] integrates the hemisphere at every visible point over them; [`film::Film`] keeps
 //! the sums; [`render`] drives it all over tiles, passes and threads.
 //!
-//! Three modes: `zonal` (gather rays end on zones: fast, smooth, **biased by the zones**), `path` (the unbiased
-//! reference, [`transport`] without zones) and `zones` (the zonal solution as one sees it).
+//! Four modes: `zonal` (gather rays end on zones: fast, smooth, **biased by the zones**), `corrected` (the same with
+//! residuals that take the bias away), `path` (the unbiased reference, [`transport`] without zones) and `zones` (the zonal
+//! solution as one sees it).
 
 pub mod bsdf;
+pub mod checkpoint;
 pub mod film;
 pub mod gather;
 pub mod picture;
 pub mod render;
+pub mod residual;
 pub mod sampler;
 pub mod sense;
 pub mod sensor;
 pub mod strategies;
 pub mod transport;
+pub mod validate;
 pub mod world;
+pub mod wrong;
 pub mod zones;

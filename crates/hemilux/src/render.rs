@@ -1,18 +1,20 @@
 //! Driving a render: tiles in parallel, pass after pass, until the budget is spent.
 //!
 //! A pass is one camera sample per pixel. Every sample is a function of (scene, options, seed, pixel, pass) alone, so
-//! the picture is the same for any number of threads; passes end at film boundaries, where a run may be stopped.
+//! the picture is the same for any number of threads; every tile ends at a pass boundary, where a run may be stopped.
 
 use crate::film::{Film, Sample, Tile};
 use crate::gather::{GatherPlan, gather};
+use crate::residual::{Study, study};
 use crate::sampler::Sampler;
-use crate::transport::{Arrival, Start, Tally, Walker};
+use crate::transport::{Arrival, Residual, Start, Tally, Walker};
 use crate::world::camera::{CameraRay, Lens};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -21,6 +23,8 @@ use std::time::{Duration, Instant};
 pub enum Mode {
     /// Gathering over the zonal solution. **Biased by the zones**, and by nothing else.
     Zonal,
+    /// The same, with residuals that take the zones' bias away. Unbiased.
+    Corrected,
     /// Path tracing: the unbiased reference.
     Path,
     /// The zonal solution as one sees it.
@@ -29,12 +33,21 @@ pub enum Mode {
 
 impl Mode {
     /// Every mode with its name on the command line.
-    pub const ALL: [(&'static str, Mode); 3] =
-        [("zonal", Mode::Zonal), ("path", Mode::Path), ("zones", Mode::Zones)];
+    pub const ALL: [(&'static str, Mode); 4] = [
+        ("zonal", Mode::Zonal),
+        ("corrected", Mode::Corrected),
+        ("path", Mode::Path),
+        ("zones", Mode::Zones),
+    ];
+
+    /// Whether it needs a zonal solution.
+    pub fn needs_zones(self) -> bool {
+        self != Mode::Path
+    }
 }
 
 /// Everything that shapes the samples of a picture.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderOptions {
     /// What is computed.
     pub mode: Mode,
@@ -49,16 +62,16 @@ pub struct RenderOptions {
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// No more passes than this.
+    /// The film is to hold passes 0 up to this, those included that it has already.
     pub passes: u32,
-    /// No pass starts that would, by the experience of this run, end after this.
+    /// No work begins that would, by the experience of this run, end after this.
     pub deadline: Option<Instant>,
 }
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Passes done.
+    /// Passes that every tile has.
     pub passes: u32,
     /// Part of the budget that is spent, 0 to 1.
     pub done: f32,
@@ -73,7 +86,7 @@ pub struct Progress {
 /// How a render ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
-    /// Passes in the film, beyond those it had.
+    /// Whole passes that were added.
     pub passes: u32,
     /// Rays traced.
     pub rays: u64,
@@ -82,13 +95,20 @@ pub struct Outcome {
 }
 
 /// A renderer of one picture.
+#[derive(Clone)]
 pub struct Renderer<'a> {
     world: &'a World,
     zones: Option<&'a Zones>,
     lens: Lens,
+    size: [u32; 2],
     options: RenderOptions,
+    residual: Residual,
 }
 
+/// Share of residuals where nobody has measured what pays.
+pub const DEFAULT_SHARE: f32 = 0.1;
+/// Seconds of work between two looks at clock and user.
+const PORTION: f64 = 0.5;
 /// A branch of the camera's specular tree counts at least this much, or survives by roulette.
 const THINNEST_BRANCH: f32 = 0.05;
 /// Branches waiting at once.
@@ -105,11 +125,47 @@ impl<'a> Renderer<'a> {
         height: u32,
         options: RenderOptions,
     ) -> Renderer<'a> {
-        Renderer { world, zones, lens: Lens::new(&world.scene, width, height), options }
+        let residual = match options.mode {
+            Mode::Corrected => Residual::new(DEFAULT_SHARE),
+            _ => Residual::NONE,
+        };
+        Renderer {
+            world,
+            zones,
+            lens: Lens::new(&world.scene, width, height),
+            size: [width, height],
+            options,
+            residual,
+        }
     }
 
-    /// Add passes to the film, from the first one that no tile has, until `stop`.
-    /// `report` is called between batches; setting `cancel` ends the run at the next pass boundary.
+    /// The same with other residuals (mode corrected; see [`crate::residual`] for how large a share pays).
+    pub fn with_residual(self, residual: Residual) -> Renderer<'a> {
+        Renderer { residual, ..self }
+    }
+
+    /// The same with another seed.
+    pub fn with_seed(self, seed: u64) -> Renderer<'a> {
+        Renderer { options: RenderOptions { seed, ..self.options }, ..self }
+    }
+
+    /// Pixels across and down of the whole picture.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Study the zones' bias, and what residuals would cost, by `pairs` camera samples of `region`.
+    pub fn study(&self, region: [u32; 4], pairs: usize) -> Study {
+        study(self, &self.lens, region, pairs, self.options.seed)
+    }
+
+    /// The residuals.
+    pub fn residual(&self) -> Residual {
+        self.residual
+    }
+
+    /// Complete the film up to `stop.passes` passes, or until `stop.deadline`.
+    /// `report` is called between portions of the work; setting `cancel` ends the run there.
     pub fn run(
         &self,
         film: &mut Film,
@@ -117,68 +173,97 @@ impl<'a> Renderer<'a> {
         cancel: &AtomicBool,
         mut report: impl FnMut(Progress),
     ) -> Outcome {
+        self.run_range(film, 0..stop.passes, stop.deadline, cancel, |_, p| report(p))
+    }
+
+    /// Give every tile the passes of `range` that it lacks. Work is done in portions of half a second: several passes
+    /// where they are short, part of the tiles where they are long. Between portions `report` sees the film, which may be
+    /// stored: every tile ends at a pass boundary. After `deadline` no portion begins once every tile has one pass; the
+    /// portions before it are small enough to meet it.
+    pub fn run_range(
+        &self,
+        film: &mut Film,
+        range: Range<u32>,
+        deadline: Option<Instant>,
+        cancel: &AtomicBool,
+        mut report: impl FnMut(&Film, Progress),
+    ) -> Outcome {
         let begin = Instant::now();
-        let first = film.tiles().iter().filter_map(|t| t.passes().last().map(|r| r.end)).max().unwrap_or(0);
-        let last = first.saturating_add(stop.passes);
         let rays = AtomicU64::new(0);
-        let (mut next, mut error, mut error_at) = (first, None, 0u32);
-        let mut batch = 1u32;
-        while next < last && !cancel.load(Ordering::Relaxed) {
-            let elapsed = begin.elapsed();
-            let per_pass = if next > first { elapsed / (next - first) } else { Duration::ZERO };
-            if let Some(deadline) = stop.deadline {
-                let left = deadline.saturating_duration_since(Instant::now());
-                if next > first && left < per_pass {
-                    break;
-                }
-                if per_pass > Duration::ZERO {
-                    let fit = (left.as_secs_f64() / per_pass.as_secs_f64()) as u32;
-                    batch = batch.min(fit.max(1));
+        let tiles = film.tiles().len();
+        let least = rayon::current_num_threads().clamp(1, tiles.max(1));
+        let first = film.first_missing(range.start);
+        let (mut next, mut at, mut done, mut work) = (first, 0usize, 0u64, Duration::ZERO);
+        let (mut error, mut error_at) = (None, first);
+        while next < range.end && !cancel.load(Ordering::Relaxed) {
+            let per_tile = (done > 0).then(|| (work.as_secs_f64() / done as f64).max(1e-9));
+            let left = deadline.map(|d| d.saturating_duration_since(Instant::now()).as_secs_f64());
+            // Half of what is left, so that what the next tiles cost more than the last ones does not break the budget.
+            let portion = left.map_or(PORTION, |l| PORTION.min(0.5 * l));
+            let fit = per_tile.map_or(4 * least, |t| (portion / t) as usize);
+            if left.is_some() && fit < least && film.samples().0 > 0 {
+                break;
+            }
+            let (count, passes) = match fit / tiles.max(1) {
+                0 => (fit.max(least).min(tiles - at), 1),
+                _ if at > 0 => (tiles - at, 1),
+                n => (tiles, (n as u32).min(64).min(range.end - next)),
+            };
+            let since = Instant::now();
+            self.tiles(film, at..at + count, next..next + passes, &rays);
+            work += since.elapsed();
+            done += count as u64 * passes as u64;
+            at += count;
+            if at >= tiles {
+                at = 0;
+                next = film.first_missing(next);
+                if next >= error_at {
+                    error = film.relative_error();
+                    error_at = next.saturating_add((next - first).div_ceil(4));
                 }
             }
-            let end = next.saturating_add(batch).min(last);
-            self.passes(film, next..end, &rays);
-            next = end;
-            // Batches of about a quarter of a second: few barriers, prompt answers.
-            let per_pass = begin.elapsed().as_secs_f64() / (next - first) as f64;
-            batch = ((0.25 / per_pass.max(1e-9)) as u32).clamp(1, 64);
-            if next >= error_at {
-                error = film.relative_error();
-                error_at = next + (next - first).div_ceil(4);
-            }
-            let by_passes = (next - first) as f32 / stop.passes.max(1) as f32;
-            let by_time = stop.deadline.map_or(0.0, |d| {
+            let by_passes = ((next - first) as f32 + at as f32 / tiles.max(1) as f32)
+                / range.end.saturating_sub(first).max(1) as f32;
+            let by_time = deadline.map_or(0.0, |d| {
                 let all = d.saturating_duration_since(begin).as_secs_f32();
                 if all > 0.0 { begin.elapsed().as_secs_f32() / all } else { 1.0 }
             });
-            report(Progress {
-                passes: next - first,
+            let progress = Progress {
+                passes: next.min(range.end) - range.start,
                 done: by_passes.max(by_time).min(1.0),
                 rays: rays.load(Ordering::Relaxed),
                 elapsed: begin.elapsed(),
                 error,
-            });
+            };
+            report(film, progress);
         }
         Outcome {
-            passes: next - first,
+            passes: next.min(range.end).saturating_sub(first),
             rays: rays.load(Ordering::Relaxed),
-            cancelled: cancel.load(Ordering::Relaxed) && next < last,
+            cancelled: cancel.load(Ordering::Relaxed) && next < range.end,
         }
     }
 
-    /// Add exactly these passes to every tile of the film; tiles that have one of them are left alone.
-    pub fn passes(&self, film: &mut Film, passes: std::ops::Range<u32>, rays: &AtomicU64) {
+    /// Give every tile of the film these passes; those that a tile has already are not done again.
+    pub fn passes(&self, film: &mut Film, passes: Range<u32>, rays: &AtomicU64) {
+        let tiles = film.tiles().len();
+        self.tiles(film, 0..tiles, passes, rays);
+    }
+
+    fn tiles(&self, film: &mut Film, tiles: Range<usize>, passes: Range<u32>, rays: &AtomicU64) {
         let (width, height) = (film.width(), film.height());
         debug_assert!(width > 0 && height > 0);
-        film.tiles_mut().par_iter_mut().for_each(|tile| {
-            if tile.cover(passes.clone()).is_ok() {
-                let n = self.tile(tile, width, passes.clone());
+        film.tiles_mut()[tiles].par_iter_mut().for_each(|tile| {
+            for gap in tile.missing(passes.clone()) {
+                let n = self.tile(tile, width, gap.clone());
                 rays.fetch_add(n, Ordering::Relaxed);
+                // A gap is what the tile lacks, so this cannot fail.
+                let _ = tile.cover(gap);
             }
         });
     }
 
-    fn tile(&self, tile: &mut Tile, width: u32, passes: std::ops::Range<u32>) -> u64 {
+    fn tile(&self, tile: &mut Tile, width: u32, passes: Range<u32>) -> u64 {
         let mut tally = Tally::default();
         for i in 0..tile.pixels.len() as u32 {
             let (x, y) = (tile.x0 + i % tile.width, tile.y0 + i / tile.width);
@@ -207,12 +292,11 @@ impl<'a> Renderer<'a> {
         }
         out.radiance = match self.options.mode {
             Mode::Path => {
-                let walker = Walker { world: self.world, zones: None, max_depth: self.options.max_depth };
-                let start =
-                    Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, chain: 1.0 };
+                let walker = Walker { max_depth: self.options.max_depth, ..Walker::path(self.world) };
+                let start = Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0 };
                 walker.field_radiance_from(start, first, sampler, tally)
             }
-            Mode::Zonal | Mode::Zones => self.specular_tree(ray, first, sampler, tally),
+            Mode::Zonal | Mode::Corrected | Mode::Zones => self.specular_tree(ray, first, sampler, tally),
         };
         out
     }
@@ -225,7 +309,7 @@ impl<'a> Renderer<'a> {
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Rgb {
-        let walker = Walker { world: self.world, zones: self.zones, max_depth: u32::MAX };
+        let walker = Walker { zones: self.zones, residual: self.residual, ..Walker::path(self.world) };
         let mut waiting: Vec<(Vec3, Vec3, Option<Surface>, Rgb, u32)> =
             vec![(ray.origin, ray.dir, first, Rgb::WHITE, 0)];
         let mut radiance = Rgb::BLACK;

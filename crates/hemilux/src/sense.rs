@@ -5,12 +5,13 @@
 //! the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop does
 //! not shape the value (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
 //! too few rays have met, the half-width also holds what those could add (the rule of three). Over zones the value is **biased by the zones**
-//! (averaged over as many independent solutions as there are groups); continued as paths it is unbiased.
+//! (averaged over as many independent solutions as there are groups); continued as paths, or with residuals, it is unbiased.
 
 use crate::gather::{GatherPlan, Strategy};
+use crate::residual::{PAIR_SHARE, Pair, Study};
 use crate::sampler::Sampler;
 use crate::sensor::irradiance;
-use crate::transport::{Arrival, Start, Tally, Walker};
+use crate::transport::{Arrival, Residual, Start, Tally, Walker};
 use crate::world::World;
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
@@ -29,6 +30,8 @@ const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strat
 const ENOUGH_HITS: u64 = 16;
 /// Images this many times dimmer than the brightest luminaire are not watched for.
 const DIM: f64 = 16.0;
+/// What single-precision arithmetic may be off by, relative to the value, where there is no noise to show it.
+const ROUNDING: f64 = 2e-6;
 /// Gathers per group in the pilot.
 const PILOT: u32 = 4;
 /// The next stage is at most this much larger than the last.
@@ -97,6 +100,8 @@ pub struct Sense<'a> {
     caution: f64,
     /// Hits on luminaires at least this bright count: a large dim image must not vouch for a small bright one.
     bright: f32,
+    /// Whether residuals take the zones' bias away.
+    corrected: bool,
 }
 
 /// Sums of one group: per band, and what it cost and found.
@@ -115,7 +120,38 @@ impl<'a> Sense<'a> {
         };
         let caution = if world.has_casters() { each } else { 0.0 };
         let luminance = world.luminaires.brightest(&world.scene, [0.2126, 0.7152, 0.0722]);
-        Sense { world, zones, options, caution, bright: (luminance / DIM) as f32 }
+        Sense { world, zones, options, caution, bright: (luminance / DIM) as f32, corrected: false }
+    }
+
+    /// The same over zones, with residuals that take their bias away: unbiased, so that one solution serves all groups.
+    /// How many gather rays carry one is decided for each sensor by pairs of gathers that are then thrown away.
+    pub fn corrected(world: &'a World, zones: &'a [Zones], options: SenseOptions) -> Sense<'a> {
+        Sense { corrected: true, ..Sense::new(world, zones, options) }
+    }
+
+    /// Share of residuals that pays at a sensor.
+    fn residual(&self, index: u64, p: Vec3, n: Vec3) -> Residual {
+        if !self.corrected {
+            return Residual::NONE;
+        }
+        let one = |group: usize, gather: u32, residual: Residual| {
+            let walker = Walker { zones: self.zones.first(), residual, ..Walker::path(self.world) };
+            let pixel = (index << 16) ^ (0xffu64 << 8) ^ group as u64;
+            let mut tally = Tally::default();
+            let value = self.estimate(&walker, pixel, gather, p, n, &mut tally).luminance() as f64;
+            (if value.is_finite() { value } else { 0.0 }, tally.rays)
+        };
+        let pairs: Vec<Pair> = (0..GROUPS * PILOT as usize)
+            .into_par_iter()
+            .map(|i| {
+                let (group, gather) = (i / PILOT as usize, 2 * (i % PILOT as usize) as u32);
+                let (a, zonal_rays) = one(group, gather, Residual::NONE);
+                let (b, _) = one(group, gather + 1, Residual::NONE);
+                let (corrected, corrected_rays) = one(group, gather, Residual::new(PAIR_SHARE));
+                Pair { zonal: [a, b], corrected, zonal_rays, corrected_rays }
+            })
+            .collect();
+        Residual::new(Study::of(&pairs).share)
     }
 
     /// The reading of sensor number `index` at `p` (m) facing unit `n`.
@@ -130,9 +166,10 @@ impl<'a> Sense<'a> {
             _ => PILOT,
         };
         let mut rays = 0;
+        let residual = self.residual(index, p, n);
         for stage in 0.. {
             let stage_begin = Instant::now();
-            let mut reading = self.stage(index, stage, p, n, per_group);
+            let mut reading = self.stage(index, stage, p, n, per_group, residual);
             rays += reading.rays;
             reading.rays = rays;
             let (spent, last) = (begin.elapsed(), stage_begin.elapsed());
@@ -163,9 +200,9 @@ impl<'a> Sense<'a> {
         unreachable!("stages end by returning")
     }
 
-    fn stage(&self, index: u64, stage: u32, p: Vec3, n: Vec3, per_group: u32) -> Reading {
-        let groups: Vec<Group> =
-            (0..GROUPS).into_par_iter().map(|g| self.group(index, stage, g, p, n, per_group)).collect();
+    fn stage(&self, index: u64, stage: u32, p: Vec3, n: Vec3, per_group: u32, residual: Residual) -> Reading {
+        let group = |g| self.group(index, stage, g, p, n, per_group, residual);
+        let groups: Vec<Group> = (0..GROUPS).into_par_iter().map(group).collect();
         let mut mean = [0f64; 3];
         let mut scalars = [0f64; GROUPS];
         for (g, scalar) in groups.iter().zip(&mut scalars) {
@@ -182,7 +219,7 @@ impl<'a> Sense<'a> {
         Reading {
             value: Rgb(mean.map(|v| v as f32)),
             scalar,
-            half_width: student + unseen,
+            half_width: student + unseen + ROUNDING * scalar.abs(),
             gathers: per_group as u64 * GROUPS as u64,
             unseen,
             rays: groups.iter().map(|g| g.tally.rays).sum(),
@@ -205,26 +242,40 @@ impl<'a> Sense<'a> {
         self.caution * (3.0 + 2.0 * k.sqrt()) / (rays * per_group as f64 * GROUPS as f64)
     }
 
-    fn group(&self, index: u64, stage: u32, g: usize, p: Vec3, n: Vec3, gathers: u32) -> Group {
+    fn group(
+        &self,
+        index: u64,
+        stage: u32,
+        g: usize,
+        p: Vec3,
+        n: Vec3,
+        gathers: u32,
+        residual: Residual,
+    ) -> Group {
         let zones = if self.zones.is_empty() { None } else { Some(&self.zones[g % self.zones.len()]) };
-        let walker = Walker { world: self.world, zones, max_depth: u32::MAX };
+        let walker = Walker { zones, residual, ..Walker::path(self.world) };
         // Sobol' points continue over the gathers of a group: one long, well-spread set per group.
         let pixel = (index << 16) ^ ((stage as u64) << 8) ^ g as u64;
         let mut tally = Tally { bright: self.bright, ..Tally::default() };
         let mut sum = [0f64; 3];
         for i in 0..gathers {
-            let mut sampler = Sampler::new(self.options.seed ^ 0x5e_75e0, pixel, i);
-            let value = match self.options.receiver {
-                Receiver::Irradiance => irradiance(&walker, p, n, &PLAN, &mut sampler, &mut tally),
-                Receiver::Radiance => {
-                    let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0, chain: 1.0 };
-                    walker.field_radiance(start, &mut sampler, &mut tally)
-                }
-            };
+            let value = self.estimate(&walker, pixel, i, p, n, &mut tally);
             if value.is_finite() {
                 (0..3).for_each(|c| sum[c] += value[c] as f64);
             }
         }
         Group { mean: sum.map(|s| s / gathers as f64), tally }
+    }
+
+    /// One gather.
+    fn estimate(&self, walker: &Walker, pixel: u64, gather: u32, p: Vec3, n: Vec3, tally: &mut Tally) -> Rgb {
+        let mut sampler = Sampler::new(self.options.seed ^ 0x5e_75e0, pixel, gather);
+        match self.options.receiver {
+            Receiver::Irradiance => irradiance(walker, p, n, &PLAN, &mut sampler, tally),
+            Receiver::Radiance => {
+                let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0 };
+                walker.field_radiance(start, &mut sampler, tally)
+            }
+        }
     }
 }

@@ -10,11 +10,13 @@
 //! One-stage methods are biased and belong to the family `report1994:`.
 
 use crate::bsdf::{Bsdf, Lobe, LobeClass, Transport as Quantity};
-use crate::gather::Strategy;
+use crate::gather::{self, GatherPlan, Strategy};
 use crate::sampler::Sampler;
-use crate::transport::{Arrival, Start, Tally, Walker, specular_branch};
+use crate::transport::{Arrival, Start, Tally, Walker};
 use crate::world::Surface;
 use crate::world::balls::Ball;
+use crate::zones::Zones;
+use crate::zones::records::Cones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Concentric, Map};
@@ -137,6 +139,7 @@ pub struct Known {
     pub lamps: Vec<Region>,
     /// Luminaires, then virtual luminaires, then casters.
     pub regions: Vec<Region>,
+    images: Vec<(Vec3, f32, f32)>,
 }
 
 impl Known {
@@ -185,33 +188,27 @@ impl Known {
 
     fn virtual_luminaires(&mut self, walker: &Walker, s: &Surface, side: f32) {
         let Some(zones) = walker.zones else { return };
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        for c in virtual_cones(zones, s, n).take(MOST_REGIONS / 2) {
-            let axis = s.frame.to_local(c.axis);
-            let Some(axis) = Dir::normalize(axis.x as f64, axis.y as f64, (side * axis.z) as f64) else {
-                continue;
-            };
-            if axis.z > 0.0 {
-                self.regions
-                    .push(Region { shape: Shape::Cap { axis, height: c.height as f64 }, weight: 0.0 });
+        self.images.clear();
+        virtual_cones(zones, s, &mut self.images);
+        for (axis, height, _) in self.images.iter().take(MOST_REGIONS / 2) {
+            let axis = s.frame.to_local(*axis);
+            let axis = Dir::normalize(axis.x as f64, axis.y as f64, (side * axis.z) as f64);
+            if let Some(axis) = axis.filter(|a| a.z > 0.0) {
+                self.regions.push(Region { shape: Shape::Cap { axis, height: *height as f64 }, weight: 0.0 });
             }
         }
     }
 }
 
-/// The cones in which virtual luminaires are expected at a point that faces `n`, the strongest first.
-pub fn virtual_cones<'a>(
-    zones: &'a crate::zones::Zones,
-    s: &Surface,
-    n: Vec3,
-) -> impl Iterator<Item = crate::zones::records::Cone> + 'a {
-    let p = s.p;
-    let mut previous = 0.0;
-    zones.records().near(p, n).iter().map(move |candidate| {
-        let cone = candidate.cone(p, previous);
-        previous = candidate.cumulative();
-        cone
-    })
+/// The cones in which virtual luminaires are expected at a point: unit axis, 1 - cos of the half-angle, share of the
+/// samples that gathers give to it; the largest share first.
+pub fn virtual_cones(zones: &Zones, s: &Surface, into: &mut Vec<(Vec3, f32, f32)>) {
+    if zones.records().is_empty() {
+        return;
+    }
+    let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+    into.extend(Cones::new(zones.records(), s.p, n).iter());
+    into.sort_by(|a, b| b.2.total_cmp(&a.2));
 }
 
 /// Axis (z up on the side looked from) and half-angle of the cone that a ball fills; `None` where it is below the horizon or
@@ -270,8 +267,8 @@ impl Domain<'_, '_> {
         let mut branch = self.sampler.branch(self.next);
         self.next += 1;
         let w = self.surface.frame.to_world(wi).normalize();
-        let (arrival, chain) = if dark { (Arrival::None, 0.0) } else { (Arrival::Full, 1.0) };
-        let start = Start { origin: self.surface.leave(w), dir: w, arrival, depth: 1, chain };
+        let arrival = if dark { Arrival::Unlit } else { Arrival::Full };
+        let start = Start { origin: self.surface.leave(w), dir: w, arrival, depth: 1 };
         self.walker.field_radiance(start, &mut branch, self.tally)
     }
 
@@ -352,8 +349,8 @@ impl Integrand<[f64; 3]> for Domain<'_, '_> {
     }
 }
 
-/// Whether [`gather_diffuse`] answers for a lobe: diffuse reflection.
-pub fn is_handled(lobe: &Lobe, wo: Vec3) -> bool {
+/// Whether the report's methods answer for a lobe: diffuse reflection.
+fn is_handled(lobe: &Lobe, wo: Vec3) -> bool {
     let back = Vec3::new(0.0, 0.0, 1f32.copysign(wo.z));
     lobe.kind() == LobeClass::Diffuse && !lobe.eval(wo, back, Quantity::Radiance).is_black()
 }
@@ -368,25 +365,53 @@ thread_local! {
         RefCell::new(Scratch { known: Known::default(), work: Workspace::new() });
 }
 
-/// The surface radiance that the lobes at `s` of which [`is_handled`] is true send back, by one of the report's methods with
-/// `rays` rays. `wo` is local.
-pub fn gather_diffuse(
+/// The surface radiance that the non-delta lobes at `s` send towards where the ray came from: diffuse reflection by one of the
+/// report's methods with `plan.rays` rays, everything else by the default strategy.
+pub fn gather(
     walker: &Walker,
     s: &Surface,
     bsdf: &Bsdf,
-    wo: Vec3,
+    plan: &GatherPlan,
     method: Report,
-    rays: u32,
     sampler: &mut Sampler,
     tally: &mut Tally,
 ) -> Rgb {
+    let wo = s.frame.to_local(s.wo);
     let diffuse = bsdf.keeping(|lobe| is_handled(lobe, wo));
-    let key = sampler.key();
-    let domain = Domain { walker, surface: s, bsdf: &diffuse, wo, sampler: sampler.clone(), next: 0, tally };
-    SCRATCH.with_borrow_mut(|Scratch { known, work }| {
-        known.look(walker, s, &diffuse, wo);
-        integrate(domain, known, method, rays, key, work).value_rgb()
-    })
+    let mut radiance = Rgb::BLACK;
+    if !diffuse.is_black() {
+        let key = sampler.key();
+        let domain =
+            Domain { walker, surface: s, bsdf: &diffuse, wo, sampler: sampler.clone(), next: 0, tally };
+        radiance = SCRATCH.with_borrow_mut(|Scratch { known, work }| {
+            known.look(walker, s, &diffuse, wo);
+            integrate(domain, known, method, plan.rays, key, work).value_rgb()
+        });
+    }
+    let rest = bsdf.keeping(|lobe| !is_handled(lobe, wo));
+    if rest.has_non_delta() {
+        let plan = GatherPlan { strategy: Strategy::Sobol, ..*plan };
+        radiance += gather::gather(walker, s, &rest, &plan, sampler, tally);
+    }
+    radiance
+}
+
+/// One of the specular ways on from `s`, picked in proportion to what it carries, with its weight over probability.
+fn specular_branch(s: &Surface, bsdf: &Bsdf, u: f32) -> Option<(Vec3, Rgb)> {
+    let wo = s.frame.to_local(s.wo);
+    let branches = || bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Radiance)).flatten();
+    let all: f32 = branches().map(|b| b.weight.max()).sum();
+    let mut left = u * all;
+    for b in branches() {
+        let strength = b.weight.max();
+        if left < strength {
+            let wi = s.frame.to_world(b.wi).normalize();
+            let kept = s.is_front(wi) == (b.wi.z > 0.0);
+            return kept.then_some((wi, b.weight * (all / strength)));
+        }
+        left -= strength;
+    }
+    None
 }
 
 /// Run a method over a domain.

@@ -6,10 +6,13 @@
 //! the diffuse part of the surface radiance is the zone's, and only narrower lobes go on. **Biased by the zones.**
 //! A vertex closer than that does not trust its zone: it takes the zone's caustic bin, samples luminaires, and goes on
 //! for a bounce.
+//! With a [`Residual`] the bias goes: at a vertex that ends on a zone the walk goes on as a path with probability q, and
+//! (path − zone) / q is added, whose expectation is what the zone gets wrong; a vertex that does not trust its zone takes
+//! nothing from it. Unbiased for the whole light transport, whatever the zones are.
 
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::sampler::Sampler;
-use crate::world::luminaire::NO_LUMINAIRE;
+use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
@@ -21,8 +24,6 @@ pub const ZONE_TRUST: f32 = 2.0;
 const ROULETTE_FROM: u32 = 3;
 /// No walk is longer; reached with probability below 1e-20 unless nothing absorbs.
 const LONGEST_WALK: u32 = 4096;
-/// Specular events of a chain; roulette ends it long before.
-const LONGEST_CHAIN: u32 = 256;
 
 /// What walks cost and found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,7 +50,7 @@ pub enum Arrival {
     /// In part: luminaire sampling at `from` looks for it too.
     Shared {
         /// Where luminaires were sampled.
-        from: Vec3,
+        from: Receiver,
         /// Number of rays times their density per solid angle.
         rays: f32,
         /// Number of luminaire samples there.
@@ -57,6 +58,8 @@ pub enum Arrival {
     },
     /// Not at all: something else has it already.
     None,
+    /// Not at all, nor at the end of a specular chain.
+    Unlit,
 }
 
 /// The power heuristic (β = 2) for `a` = count × density of the way taken, `b` of the other.
@@ -70,6 +73,28 @@ pub fn power_heuristic(a: f32, b: f32) -> f32 {
     1.0 / (1.0 + r * r)
 }
 
+/// How walks that end on a zone make up for what the zone gets wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// Probability q that such a walk goes on as a path, in [0, 1]; 0: never, the zones' bias stays.
+    pub share: f32,
+    /// What the residual counts: 1. Anything else is wrong, and serves the tests to see that they notice.
+    pub weight: f32,
+}
+
+impl Residual {
+    /// No residuals.
+    pub const NONE: Residual = Residual { share: 0.0, weight: 1.0 };
+
+    /// Residuals with probability `share`.
+    pub fn new(share: f32) -> Residual {
+        Residual { share, weight: 1.0 }
+    }
+}
+
+/// Stream of a vertex's residual below the walk's own random numbers.
+const RESIDUAL_STREAM: u32 = 0xc0_44ec;
+
 /// Everything a walk needs to know.
 #[derive(Clone, Copy)]
 pub struct Walker<'a> {
@@ -79,6 +104,8 @@ pub struct Walker<'a> {
     pub zones: Option<&'a Zones>,
     /// Limit on scattering events (path tracing only).
     pub max_depth: u32,
+    /// What makes up for the zones' bias.
+    pub residual: Residual,
 }
 
 /// Where a walk starts.
@@ -92,16 +119,37 @@ pub struct Start {
     pub arrival: Arrival,
     /// Scattering events before this ray.
     pub depth: u32,
-    /// What a luminaire counts at the end of a specular chain from the start: 1 unless something else looks for it too.
-    pub chain: f32,
 }
 
 impl<'a> Walker<'a> {
+    /// A path tracer without limit.
+    pub fn path(world: &'a World) -> Walker<'a> {
+        Walker { world, zones: None, max_depth: u32::MAX, residual: Residual::NONE }
+    }
+
+    /// Walks that end on zones.
+    pub fn zonal(world: &'a World, zones: &'a Zones) -> Walker<'a> {
+        Walker { zones: Some(zones), ..Walker::path(world) }
+    }
+
     /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
     pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         tally.rays += 1;
-        let hit = self.world.closest(start.origin, start.dir, f32::INFINITY);
-        self.field_radiance_from(start, hit, sampler, tally)
+        let (origin, dir) = (start.origin, start.dir);
+        let Some(hit) = self.world.closest_hit(origin, dir, f32::INFINITY) else {
+            return self.field_radiance_from(start, None, sampler, tally);
+        };
+        // Most gather rays end at once, on a plain zone: the same as below, with the same numbers.
+        if self.residual.share <= 0.0
+            && let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir))
+        {
+            let place = zones.map().locate_triangle(&hit, front, sampler.next2());
+            if hit.t >= ZONE_TRUST * place.radius {
+                return reflectance * zones.irradiance(place.zone, place.side) * std::f32::consts::FRAC_1_PI;
+            }
+        }
+        let surface = self.world.surface_behind(hit, origin, dir, f32::INFINITY);
+        self.field_radiance_from(start, surface, sampler, tally)
     }
 
     /// The same, given what the first ray meets.
@@ -117,7 +165,7 @@ impl<'a> Walker<'a> {
         let mut beta = Rgb::WHITE;
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
         // caustic bin holds the same.
-        let mut after_chain = Rgb::splat(start.chain);
+        let mut after_chain = Rgb::WHITE;
         let mut in_chain = false;
         let mut travelled = 0.0;
         loop {
@@ -140,7 +188,7 @@ impl<'a> Walker<'a> {
             }
             let bsdf = self.world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, sampler);
+            let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, depth, sampler, tally);
             radiance += beta * zonal;
             let narrow;
             let on = match going_on {
@@ -153,8 +201,9 @@ impl<'a> Walker<'a> {
             if on.is_black() {
                 break;
             }
+            let at = Receiver::surface(&s, on);
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, on, wo, sampler, tally);
+                radiance += beta * self.direct(&s, &at, on, wo, sampler, tally);
             }
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
             let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
@@ -167,9 +216,9 @@ impl<'a> Walker<'a> {
             depth += 1;
             if next.delta {
                 in_chain = true;
-                arrival = Arrival::Full;
+                arrival = if let Arrival::Unlit = arrival { arrival } else { Arrival::Full };
             } else {
-                arrival = Arrival::Shared { from: s.p, rays: next.pdf, samples: 1.0 };
+                arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
                 in_chain = false;
                 travelled = 0.0;
                 after_chain = match going_on {
@@ -187,40 +236,6 @@ impl<'a> Walker<'a> {
         radiance
     }
 
-    /// An estimate of what arrives along a ray from luminaires at the end of specular chains, and only that: the ray
-    /// follows mirrors and glass until it meets something else.
-    pub fn virtual_radiance(&self, origin: Vec3, dir: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
-        let (mut origin, mut dir, mut beta) = (origin, dir, Rgb::WHITE);
-        let mut radiance = Rgb::BLACK;
-        for depth in 0..LONGEST_CHAIN {
-            tally.rays += 1;
-            let Some(s) = self.world.closest(origin, dir, f32::INFINITY) else {
-                if depth > 0 {
-                    radiance += beta * self.sky(origin, dir, Arrival::Full);
-                }
-                break;
-            };
-            if depth > 0 {
-                radiance += beta * self.emission(&s, Arrival::Full);
-            }
-            let bsdf = self.world.bsdf(&s);
-            if !bsdf.has_delta() {
-                break;
-            }
-            let Some((wi, weight)) = specular_branch(&s, &bsdf, sampler.next1()) else { break };
-            beta *= weight;
-            if depth >= ROULETTE_FROM {
-                let survive = beta.max().min(0.95);
-                if sampler.next1() >= survive {
-                    break;
-                }
-                beta *= 1.0 / survive;
-            }
-            (origin, dir) = (s.leave(wi), wi);
-        }
-        radiance
-    }
-
     /// Radiance of the skies at `origin` along `dir`, weighted.
     pub(crate) fn sky(&self, origin: Vec3, dir: Vec3, arrival: Arrival) -> Rgb {
         let mut sum = Rgb::BLACK;
@@ -231,9 +246,9 @@ impl<'a> Walker<'a> {
             sum += radiance
                 * match arrival {
                     Arrival::Full => 1.0,
-                    Arrival::None => 0.0,
-                    Arrival::Shared { rays, samples, .. } => {
-                        let other = self.world.luminaires.sky_pdf(&self.world.scene, i, dir);
+                    Arrival::None | Arrival::Unlit => 0.0,
+                    Arrival::Shared { from, rays, samples } => {
+                        let other = self.world.luminaires.sky_pdf(&self.world.scene, i, &from, dir);
                         power_heuristic(rays, samples * other)
                     }
                 };
@@ -253,10 +268,10 @@ impl<'a> Walker<'a> {
         }
         match arrival {
             Arrival::Full => radiance,
-            Arrival::None => Rgb::BLACK,
+            Arrival::None | Arrival::Unlit => Rgb::BLACK,
             Arrival::Shared { from, rays, samples } => {
-                let distance = (s.p - from).length();
-                let other = luminaires.pdf_solid_angle(s.luminaire, from, -s.wo, distance, s.ng);
+                let distance = (s.p - from.p).length();
+                let other = luminaires.pdf_solid_angle(s.luminaire, &from, -s.wo, distance, s.ng);
                 radiance * power_heuristic(rays, samples * other)
             }
         }
@@ -269,7 +284,9 @@ impl<'a> Walker<'a> {
         bsdf: &Bsdf,
         wo: Vec3,
         travelled: f32,
+        depth: u32,
         sampler: &mut Sampler,
+        tally: &mut Tally,
     ) -> (Rgb, GoingOn) {
         let Some(zones) = self.zones else { return (Rgb::BLACK, GoingOn::All) };
         if !bsdf.has_diffuse() {
@@ -278,16 +295,73 @@ impl<'a> Walker<'a> {
         let jitter = sampler.next2();
         let place = zones.locate(self.world, s, jitter);
         if travelled >= ZONE_TRUST * place.radius {
-            (zones.reflected(&place, bsdf, wo), GoingOn::NarrowLobes)
+            let zonal = zones.reflected(&place, bsdf, wo);
+            (zonal + self.residual(s, bsdf, wo, zonal, depth, sampler, tally), GoingOn::NarrowLobes)
+        } else if self.residual.share > 0.0 {
+            (Rgb::BLACK, GoingOn::All)
         } else {
             (zones.reflected_caustic(&place, bsdf, wo), GoingOn::WithoutCaustic)
         }
     }
 
+    /// An estimate of what the zone at `s` gets wrong: with probability q, (path − zone) / q, for the diffuse lobes only.
+    fn residual(
+        &self,
+        s: &Surface,
+        bsdf: &Bsdf,
+        wo: Vec3,
+        zonal: Rgb,
+        depth: u32,
+        sampler: &Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let Residual { share, weight } = self.residual;
+        // Numbers of its own: without residuals the walk is the same.
+        let mut sampler = sampler.branch(RESIDUAL_STREAM);
+        if share <= 0.0 || sampler.next1() >= share {
+            return Rgb::BLACK;
+        }
+        let path = self.diffuse_by_path(s, &bsdf.only_diffuse(), wo, depth, &mut sampler, tally);
+        (path - zonal) * (weight / share)
+    }
+
+    /// The surface radiance by diffuse lobes, continued as a path: luminaire sampling and a bounce, shared by the power
+    /// heuristic. Unbiased.
+    fn diffuse_by_path(
+        &self,
+        s: &Surface,
+        diffuse: &Bsdf,
+        wo: Vec3,
+        depth: u32,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let at = Receiver::surface(s, diffuse);
+        let direct = self.direct(s, &at, diffuse, wo, sampler, tally);
+        let (u_lobe, u) = (sampler.next1(), sampler.next2());
+        let Some(next) = diffuse.sample(wo, u_lobe, u, Quantity::Radiance) else { return direct };
+        let wi = s.frame.to_world(next.wi).normalize();
+        if s.is_front(wi) != (next.wi.z > 0.0) {
+            return direct;
+        }
+        let arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
+        let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: depth + 1 };
+        let path = Walker { zones: None, ..*self };
+        direct + next.weight * path.field_radiance(start, sampler, tally)
+    }
+
     /// One luminaire sample at `s`, weighted against sampling the scattering.
-    fn direct(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+    fn direct(
+        &self,
+        s: &Surface,
+        at: &Receiver,
+        bsdf: &Bsdf,
+        wo: Vec3,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
         let (u_pick, u) = (sampler.next1(), sampler.next2());
-        let Some(l) = self.world.luminaires.sample(&self.world.scene, s.p, u_pick, u) else {
+        let Some(l) = self.world.luminaires.sample(&self.world.scene, at, u_pick, u) else {
             return Rgb::BLACK;
         };
         let wi = s.frame.to_local(l.wi);
@@ -309,24 +383,6 @@ impl<'a> Walker<'a> {
         }
         f * l.radiance * (weight / l.pdf_solid_angle)
     }
-}
-
-/// One of the specular ways on from `s`, picked in proportion to what it carries, with its weight over probability.
-pub(crate) fn specular_branch(s: &Surface, bsdf: &Bsdf, u: f32) -> Option<(Vec3, Rgb)> {
-    let wo = s.frame.to_local(s.wo);
-    let branches = || bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Radiance)).flatten();
-    let all: f32 = branches().map(|b| b.weight.max()).sum();
-    let mut left = u * all;
-    for b in branches() {
-        let strength = b.weight.max();
-        if left < strength {
-            let wi = s.frame.to_world(b.wi).normalize();
-            let kept = s.is_front(wi) == (b.wi.z > 0.0);
-            return kept.then_some((wi, b.weight * (all / strength)));
-        }
-        left -= strength;
-    }
-    None
 }
 
 /// What a walk still has to follow behind a vertex.

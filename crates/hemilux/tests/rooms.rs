@@ -29,7 +29,7 @@ fn picture_mean(world: &World, zones: Option<&Zones>, mode: Mode, passes: u32) -
 }
 
 fn zonal_irradiance(world: &World, zones: &Zones, p: [f32; 3], n: [f32; 3], count: u32) -> (f64, f64) {
-    let walker = Walker { world, zones: Some(zones), max_depth: u32::MAX };
+    let walker = Walker::zonal(world, zones);
     statistics(count, |i| {
         let mut sampler = Sampler::new(11, i as u64, 0);
         irradiance(

@@ -37,7 +37,7 @@ fn solve(world: &World) -> Zones {
 }
 
 fn radiance(world: &World, zones: &Zones, bsdf: &Bsdf, strategy: Strategy, rays: u32, n: u32) -> (f64, f64) {
-    let walker = Walker { world, zones: Some(zones), max_depth: u32::MAX };
+    let walker = Walker::zonal(world, zones);
     let mut surface = sensor_surface(Vec3::new(0.0, 0.0, 1e-5), Vec3::Z);
     surface.wo = Vec3::new(-0.3, 0.2, 0.933).normalize();
     let plan = GatherPlan { rays, shadow_rays: 4, strategy };
@@ -70,7 +70,7 @@ fn one_stage_strategies_are_dark_in_the_typical_run() {
     let world = lamp_and_mirror(0.03);
     let zones = solve(&world);
     let truth = part(1.0) + part(3.0);
-    let walker = Walker { world: &world, zones: Some(&zones), max_depth: u32::MAX };
+    let walker = Walker::zonal(&world, &zones);
     let surface = sensor_surface(Vec3::new(0.0, 0.0, 1e-5), Vec3::Z);
     let white = Bsdf::diffuse(Rgb::WHITE);
     // Lower quartile, median, upper quartile of 400 runs, relative to the truth.
@@ -137,9 +137,11 @@ fn cones_point_where_the_image_method_says() {
     let surface = sensor_surface(Vec3::new(0.2, -0.1, 1e-5), Vec3::Z);
     let angle = |a: Vec3, b: Vec3| (a - b).length();
     let image = (Vec3::new(3.0, 0.0, 2.0) - surface.p).normalize();
-    let found = virtual_cones(&zones, &surface, Vec3::Z).map(|c| angle(c.axis, image)).fold(9.0, f32::min);
+    let mut cones = Vec::new();
+    virtual_cones(&zones, &surface, &mut cones);
+    let found = cones.iter().map(|c| angle(c.0, image)).fold(9.0, f32::min);
     assert!(found < 1e-3, "{found}");
-    let walker = Walker { world: &world, zones: Some(&zones), max_depth: u32::MAX };
+    let walker = Walker::zonal(&world, &zones);
     let mut known = Known::default();
     known.look(&walker, &surface, &Bsdf::diffuse(Rgb::WHITE), Vec3::Z);
     let hemiquad::Shape::Cap { axis, .. } = known.lamps[0].shape else { panic!("a cone") };

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 /// Irradiance (green) at a point of a floor z = 0, by `n` gathers over zones, records included.
 fn floor_irradiance(world: &World, zones: Option<&Zones>, p: [f32; 2], n: u32) -> (f64, f64) {
-    let walker = Walker { world, zones, max_depth: u32::MAX };
+    let walker = Walker { zones, ..Walker::path(world) };
     let white = hemilux::bsdf::Bsdf::diffuse(Rgb::WHITE);
     let surface = sensor_surface(Vec3::new(p[0], p[1], 1e-5), Vec3::Z);
     statistics(n, |i| {

@@ -10,17 +10,18 @@
 //! | section-4-missed.svg, -enlarged.svg, -detected.svg | small features ([`small`]) |
 //! | thirty-years.svg | what became of it ([`years`]) |
 
+mod args;
 mod maps;
 mod methods;
 mod room;
 mod small;
 mod years;
 
-use crate::args::FiguresArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::render::set_threads;
 use crate::talk;
+pub use args::FiguresArgs;
 use hemilux_image::{ImageError, atomic};
 use std::io::Write;
 use std::path::Path;

@@ -92,7 +92,7 @@ pub fn thirty_years(seed: u64) -> String {
 fn error(world: &World, zones: &Zones, strategy: Strategy, seed: u64) -> f64 {
     let part = |x: f64| POWER / (4.0 * PI) * 2.0 / (x * x + 4.0f64).powf(1.5);
     let truth = part(1.0) + part(3.0);
-    let walker = Walker { world, zones: Some(zones), max_depth: u32::MAX };
+    let walker = Walker::zonal(world, zones);
     let surface = sensor_surface(Vec3::new(0.0, 0.0, 1e-5), Vec3::Z);
     let white = Bsdf::diffuse(Rgb::WHITE);
     let plan = GatherPlan { rays: RAYS, shadow_rays: RAYS / 4, strategy };

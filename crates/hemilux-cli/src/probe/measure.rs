@@ -1,7 +1,7 @@
 //! Numbers for a probe: the field radiance, a long run to compare with, single runs of strategies, and their errors.
 
+use super::ProbeArgs;
 use super::spot::Spot;
-use crate::args::ProbeArgs;
 use hemilux::gather::{GatherPlan, Strategy, gather};
 use hemilux::sampler::Sampler;
 use hemilux::strategies::Domain;

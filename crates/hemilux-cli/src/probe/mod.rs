@@ -1,17 +1,18 @@
 //! `hemilux probe`: the hemisphere at one point laid open. What arrives, where a strategy looks, what it makes of it, and what a
 //! long run says ([`measure`]); as JSON ([`report`]), as a drawing ([`sheet`]) and as EXR of the field radiance.
 
+mod args;
 mod measure;
 mod report;
 mod sheet;
 mod spot;
 
-use crate::args::ProbeArgs;
 use crate::failure::Failure;
 use crate::figures::write as write_text;
 use crate::render::set_threads;
 use crate::talk;
 use crate::{load, output, plan};
+pub use args::ProbeArgs;
 use hemilux::gather::Strategy;
 use hemilux::strategies;
 use hemilux::world::World;

@@ -1,6 +1,6 @@
 //! The point that is probed: what a pixel sees, or a receiver given by position and normal.
 
-use crate::args::ProbeArgs;
+use super::ProbeArgs;
 use crate::failure::Failure;
 use crate::values::Size;
 use hemilux::bsdf::{Bsdf, LobeClass, Transport};
@@ -57,7 +57,7 @@ impl<'a> Spot<'a> {
                 "what this pixel sees reflects nothing but mirror images, or nothing at all",
             ));
         }
-        let walker = Walker { world, zones: Some(zones), max_depth: u32::MAX };
+        let walker = Walker::zonal(world, zones);
         let wo = surface.frame.to_local(surface.wo);
         let mut known = Known::default();
         known.look(&walker, &surface, &bsdf, wo);
@@ -80,16 +80,17 @@ impl<'a> Spot<'a> {
     /// Cones of the luminaires, and of the virtual luminaires that the records expect.
     pub fn cones(&self) -> (Vec<Region>, Vec<Region>) {
         let s = &self.surface;
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
         let side = 1f32.copysign(self.wo.z);
         let mut virtuals = Vec::new();
         if let Some(zones) = self.walker.zones {
-            for c in virtual_cones(zones, s, n) {
-                let a = s.frame.to_local(c.axis);
+            let mut cones = Vec::new();
+            virtual_cones(zones, s, &mut cones);
+            for (axis, height, share) in cones {
+                let a = s.frame.to_local(axis);
                 let axis = Dir::normalize(a.x as f64, a.y as f64, (side * a.z) as f64).filter(|a| a.z > 0.0);
                 virtuals.extend(axis.map(|axis| Region {
-                    shape: Shape::Cap { axis, height: c.height as f64 },
-                    weight: c.share as f64,
+                    shape: Shape::Cap { axis, height: height as f64 },
+                    weight: share as f64,
                 }));
             }
         }

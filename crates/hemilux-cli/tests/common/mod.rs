@@ -1,4 +1,5 @@
 //! A directory of its own for each test, with a small room in it.
+#![allow(dead_code)] // each test binary uses its own part
 
 use hemilux_image::Image;
 use std::path::PathBuf;

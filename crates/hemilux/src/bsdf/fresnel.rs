@@ -3,6 +3,7 @@
 //!
 //! Every function returns a value in [0, 1] for every finite argument, grazing included.
 
+use crate::wrong::{Wrong, makes};
 use hemilux_scene::Rgb;
 
 /// Reflectance of a dielectric interface for light arriving at cosine `cos` in [0, 1]; `eta` > 0 is the index of the far side
@@ -31,14 +32,15 @@ pub fn dielectric_refracted(cos: f32, eta: f32) -> (f32, f32) {
 #[inline]
 pub fn dielectric_of_cosines(cos: f32, cos_t: f32, eta: f32) -> f32 {
     let s = (cos - eta * cos_t) / (cos + eta * cos_t);
-    let p = (eta * cos - cos_t) / (eta * cos + cos_t);
+    let p = if makes(Wrong::Fresnel) { s } else { (eta * cos - cos_t) / (eta * cos + cos_t) };
     (0.5 * (s * s + p * p)).min(1.0)
 }
 
 /// Reflectance of a conductor of complex index `eta` + i `k` (relative to the near side), per band, at cosine `cos` in [0, 1].
 #[inline]
 pub fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
-    Rgb([0, 1, 2].map(|band| conductor_band(cos, eta[band], k[band])))
+    let part = if makes(Wrong::Mirrors) { 0.9 } else { 1.0 };
+    Rgb([0, 1, 2].map(|band| conductor_band(cos, eta[band], k[band]))) * part
 }
 
 /// Beyond this k a conductor reflects everything: 1 - R < 4 η / k² is below the rounding of an `f32`.

@@ -1,10 +1,10 @@
 //! One lobe of a surface: what it scatters, its own chart of the unit square, and its density.
 
 use super::coat::{Coat, alpha_coordinate};
-use super::energy::single_scattering;
 use super::fresnel;
 use super::ggx::{GRAZING, Ggx};
 use super::given::{facet_colour, tinted_pane, view};
+use super::ward::Ward;
 use super::{BsdfSample, Transport};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -16,7 +16,7 @@ use std::f32::consts::FRAC_1_PI;
 pub enum LobeClass {
     /// Cosine-like; sampled by the concentric disk.
     Diffuse,
-    /// GGX; sampled by visible normals.
+    /// GGX, sampled by visible normals; or Ward's.
     Glossy,
     /// One direction, or two.
     Delta,
@@ -51,10 +51,9 @@ pub(super) enum Shape {
     Pane { eta: f32, weight: f32 },
     /// The same for each polarisation by itself, with transmissivity `tint` of one passage at normal incidence.
     TintedPane { eta: f32, tint: Rgb, weight: f32 },
-    /// Mirror or GGX facets of given reflectance, whatever direction they are seen from; hence not reciprocal where rough.
-    /// Transmission is their reflection thrown to the other side. With `grazing`
+    /// Mirror or Ward's rough reflection of given reflectance. Transmission is the reflection thrown to the other side. With `grazing`
     /// (smooth only) the reflectance grows to 1 as [`fresnel::polish`] does, and the transmittance fades.
-    Facets { colour: Rgb, grazing: bool, ggx: Ggx, event: Event, weight: f32 },
+    Facets { colour: Rgb, grazing: bool, ward: Ward, event: Event, weight: f32 },
     /// What [`fresnel::polish`] leaves for a Lambertian base: albedo (1 - F(view)) / π. Not reciprocal.
     Base { albedo: Rgb, event: Event },
 }
@@ -198,11 +197,8 @@ impl Lobe {
     pub fn kind(&self) -> LobeClass {
         match self.0 {
             Shape::Lambert { .. } | Shape::Undercoat { .. } | Shape::Base { .. } => LobeClass::Diffuse,
-            Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } | Shape::Facets { ggx, .. }
-                if ggx.is_smooth() =>
-            {
-                LobeClass::Delta
-            }
+            Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } if ggx.is_smooth() => LobeClass::Delta,
+            Shape::Facets { ward, .. } if ward.is_smooth() => LobeClass::Delta,
             Shape::Metal { .. }
             | Shape::Gloss { .. }
             | Shape::Facets { .. }
@@ -240,9 +236,9 @@ impl Lobe {
             Shape::Lambert { .. } | Shape::Undercoat { .. } | Shape::Base { .. } => 1.0,
             Shape::Metal { ggx, .. }
             | Shape::Gloss { ggx, .. }
-            | Shape::Facets { ggx, .. }
             | Shape::CoatedMetal { ggx, .. }
             | Shape::RoughGlass { ggx, .. } => ggx.mean(),
+            Shape::Facets { ward, .. } => ward.alpha,
             Shape::CoatedMirror { .. }
             | Shape::Glass { .. }
             | Shape::Pane { .. }
@@ -265,15 +261,12 @@ impl Lobe {
                 }
                 albedo * (fresnel::base(view(wo.z, wi.z, t).abs()) * FRAC_1_PI)
             }
-            Shape::Facets { colour, ggx, event, weight, .. } => {
+            Shape::Facets { colour, ward, event, weight, .. } => {
                 let sides = same_side == (event == Event::Reflect);
-                if ggx.is_smooth() || !sides || grazing(wo) || grazing(wi) {
+                if ward.is_smooth() || !sides || grazing(wo) || grazing(wi) {
                     return Rgb::BLACK;
                 }
-                let (wo, wi) = (raised(wo).0, raised(wi).0);
-                let h = (wo + wi).normalize_or_zero();
-                let kept = single_scattering(view(wo.z, wi.z, t), ggx.mean());
-                colour * (ggx.visibility(wo, wi) * ggx.distribution(h) * weight / kept)
+                colour * (ward.value(raised(wo).0, raised(wi).0) * weight)
             }
             Shape::Undercoat { scale, coat, .. } => {
                 if !same_side {
@@ -354,13 +347,12 @@ impl Lobe {
                 let matches = if event == Event::Reflect { same_side } else { wo.z * wi.z < 0.0 };
                 if matches { wi.z.abs() * FRAC_1_PI } else { 0.0 }
             }
-            Shape::Facets { ggx, event, .. } => {
+            Shape::Facets { ward, event, .. } => {
                 let sides = same_side == (event == Event::Reflect);
-                if ggx.is_smooth() || !sides || grazing(wo) || grazing(wi) {
+                if ward.is_smooth() || !sides || grazing(wo) || grazing(wi) {
                     return 0.0;
                 }
-                let (wo, wi) = (raised(wo).0, raised(wi).0);
-                0.25 * ggx.visible_density(wo, (wo + wi).normalize_or_zero())
+                ward.density(raised(wo).0, raised(wi).0)
             }
             Shape::Undercoat { .. } => {
                 if same_side {
@@ -462,14 +454,13 @@ impl Lobe {
                     ..BsdfSample::REFLECTION
                 })
             }
-            Shape::Facets { colour, ggx, event, weight, .. } => {
+            Shape::Facets { colour, ward, event, weight, .. } => {
                 let (up, sign) = raised(wo);
-                let (wi, _, shadowing, pdf) = sample_reflection(ggx, up, u)?;
+                let (wi, factor, pdf) = ward.sample(up, u)?;
                 let transmitted = event == Event::Transmit;
                 let sign = if transmitted { -sign } else { sign };
                 let wi = Vec3::new(wi.x, wi.y, wi.z * sign);
-                let kept = single_scattering(view(up.z, wi.z.abs(), t), ggx.mean());
-                let weight = colour * (weight * shadowing / kept);
+                let weight = colour * (weight * factor);
                 Some(BsdfSample { wi, weight, pdf, transmitted, ..BsdfSample::REFLECTION })
             }
             Shape::Metal { ggx, .. } | Shape::Gloss { ggx, .. } => {

@@ -13,7 +13,7 @@
 //! | [`Bsdf::coated_diffuse`] | gloss, undercoat | inner interreflections of a Lambertian base as a geometric series |
 //! | [`Bsdf::coated_conductor`] | gloss, coated metal; or one mirror | refracted facets, interreflections as a geometric series |
 //! | [`Bsdf::diffuse_transmission`] | Lambert, Lambert through | |
-//! | [`Bsdf::polished`] | Lambert and facets, both ways | given reflectances, GGX without Fresnel term |
+//! | [`Bsdf::polished`] | Lambert and facets, both ways | given reflectances, mirror or Ward's roughness |
 //! | [`Bsdf::tinted_pane`] | pane | each polarisation, absorption |
 //! | [`Bsdf::tinted_dielectric`] | glass | exact Fresnel, weakened |
 //! | [`Bsdf::mix`] | those of both | |
@@ -45,22 +45,24 @@
 //! one. Index of rough coats and of coats over metals: [1, 3], clamped.
 
 mod coat;
-mod energy;
 pub mod fresnel;
 mod ggx;
 mod given;
 mod lobe;
 mod split;
+mod ward;
 
 pub use ggx::SMOOTH_ALPHA;
 pub use lobe::{Branch, Lobe, LobeClass};
 
+use crate::wrong::{Wrong, makes};
 use coat::Coat;
 use ggx::Ggx;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use lobe::{Event, Shape};
 use std::f32::consts::FRAC_1_PI;
+use ward::Ward;
 
 /// Most lobes a [`Bsdf`] holds.
 pub const MAX_LOBES: usize = 8;
@@ -239,15 +241,14 @@ impl Bsdf {
     }
 
     /// Given reflectances and transmittances, diffuse and specular, from both sides; each in [0, 1] (clamped), their sum is the
-    /// caller's business. Specular reflection is a mirror or GGX facets of roughness `alpha` without Fresnel term, scaled to reflect
-    /// what is given in all from wherever they are seen; specular transmission goes straight on, spread by facets of half that
-    /// roughness.
+    /// caller's business. Specular reflection is a mirror or Ward's of roughness `alpha` with bounded albedo; specular transmission goes
+    /// straight on, spread by half that roughness.
     ///
     /// With `grazing` a smooth surface's mirror grows to 1 towards grazing angles, r + F (1 - r) with [`fresnel::polish`]; what lies
     /// below fades by 1 - F of the direction it is seen from. That is how Radiance has it: everything comes back from uniform
-    /// surroundings. Neither this Lambertian part nor the scaled facets are reciprocal; particles use their adjoint.
+    /// surroundings. This Lambertian part is not reciprocal; particles use its adjoint.
     pub fn polished(diffuse: [Rgb; 2], specular: [Rgb; 2], alpha: f32, grazing: bool) -> Bsdf {
-        let (facets, through) = (Ggx::new([alpha; 2]), Ggx::new([0.5 * alpha; 2]));
+        let (facets, through) = (Ward::new(alpha), Ward::new(0.5 * alpha));
         let grazing = grazing && facets.is_smooth();
         let mut bsdf = Bsdf::none();
         for (albedo, event) in diffuse.map(albedo).into_iter().zip([Event::Reflect, Event::Transmit]) {
@@ -257,8 +258,10 @@ impl Bsdf {
             }));
         }
         let kinds = [(facets, Event::Reflect), (through, Event::Transmit)];
-        for (colour, (ggx, event)) in specular.map(albedo).into_iter().zip(kinds) {
-            bsdf.push(Lobe(Shape::Facets { colour, grazing, ggx, event, weight: 1.0 }));
+        let part = if makes(Wrong::Mirrors) { 0.9 } else { 1.0 };
+        for (colour, (ward, event)) in specular.map(albedo).into_iter().zip(kinds) {
+            let colour = colour * part;
+            bsdf.push(Lobe(Shape::Facets { colour, grazing, ward, event, weight: 1.0 }));
         }
         bsdf
     }

@@ -26,4 +26,13 @@ impl Bsdf {
         }
         narrow
     }
+
+    /// The lobes that are.
+    pub fn only_diffuse(&self) -> Bsdf {
+        let mut diffuse = Bsdf::none();
+        for lobe in self.lobes().iter().filter(|l| l.kind() == LobeClass::Diffuse) {
+            diffuse.push(*lobe);
+        }
+        diffuse
+    }
 }

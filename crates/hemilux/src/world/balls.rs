@@ -7,7 +7,7 @@
 use super::World;
 use super::emitter_points::shape_ball;
 use hemilux_scene::geom::{DAffine3, Vec3};
-use hemilux_scene::{Environment, MaterialId, MaterialKind, Rgb};
+use hemilux_scene::{Environment, Rgb};
 
 /// A ball around a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +70,7 @@ impl Balls {
         let group = &world.groups[group as usize];
         for (i, shape) in group.shapes.iter().enumerate() {
             let emits = shape.emission.is_some();
-            let casts = !is_diffuse(world, shape.material);
+            let casts = !world.is_diffuse(shape.material);
             if !emits && !casts {
                 continue;
             }
@@ -115,12 +115,4 @@ impl Balls {
                 .fold(Rgb::BLACK, |a, b| a + b),
         }
     }
-}
-
-/// As [`World::has_casters`] sees it.
-pub(super) fn is_diffuse(world: &World, id: MaterialId) -> bool {
-    matches!(
-        world.scene.materials[id.0 as usize].kind,
-        MaterialKind::Diffuse { .. } | MaterialKind::DiffuseTransmission { .. } | MaterialKind::Interface
-    )
 }

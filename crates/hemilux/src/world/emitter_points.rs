@@ -155,6 +155,21 @@ pub(super) fn quadric_object_point(q: Quadric, u: [f32; 2]) -> (DVec3, DVec3, Ve
     }
 }
 
+/// Box around a placed quadric (m).
+pub(super) fn quadric_box(q: Quadric, to_world: &DAffine3) -> (DVec3, DVec3) {
+    let (radius, low, high) = match q {
+        Quadric::Sphere { radius, z_min, z_max, .. } => (radius, z_min.max(-radius), z_max.min(radius)),
+        Quadric::Disk { height, radius, .. } => (radius, height, height),
+        Quadric::Cylinder { radius, z_min, z_max, .. } => (radius, z_min.min(z_max), z_max.max(z_min)),
+    };
+    let corners = (0..8).map(|i| {
+        let side = |bit: usize| if i & bit == 0 { -radius } else { radius };
+        let z = if i & 4 == 0 { low } else { high };
+        to_world.transform_point3(DVec3::new(side(1), side(2), z))
+    });
+    corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)))
+}
+
 pub(super) fn quadric_area_point(
     q: Quadric,
     to_world: &DAffine3,

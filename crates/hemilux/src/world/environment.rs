@@ -4,8 +4,9 @@
 //! (hemi)sphere using SIMD") in the orientation of pbrt-v4, or latitude and longitude. They are sampled by a piecewise
 //! constant table over texels weighted by the solid angle of each.
 
+use super::hierarchy::Receiver;
 use super::texture;
-use hemilux_scene::geom::{Frame, Vec2, Vec3};
+use hemilux_scene::geom::{DVec3, Frame, Vec2, Vec3};
 use hemilux_scene::{Environment, EnvironmentLayout, Rgb, Scene, Wrap};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -15,6 +16,8 @@ pub struct Sky {
     kind: Kind,
     /// ∫ L dω, W·m⁻².
     pub integral: Rgb,
+    /// ∫ L w dω by luminance, W·m⁻².
+    vector: Vec3,
 }
 
 #[derive(Clone, Debug)]
@@ -29,18 +32,18 @@ impl Sky {
     pub fn new(scene: &Scene, index: usize) -> Sky {
         match &scene.environments[index] {
             Environment::Constant { radiance } => {
-                Sky { kind: Kind::Constant(*radiance), integral: *radiance * (4.0 * PI) }
+                let integral = *radiance * (4.0 * PI);
+                Sky { kind: Kind::Constant(*radiance), integral, vector: Vec3::ZERO }
             }
             Environment::Sun { direction, cos_half_angle, radiance } => {
                 let height = 1.0 - cos_half_angle;
                 let solid_angle = 2.0 * std::f64::consts::PI * height;
                 let frame = Frame::from_normal(*direction);
-                Sky {
-                    kind: Kind::Sun { frame, radiance: *radiance, height },
-                    integral: *radiance * solid_angle as f32,
-                }
+                let integral = *radiance * solid_angle as f32;
+                let vector = frame.n * integral.luminance();
+                Sky { kind: Kind::Sun { frame, radiance: *radiance, height }, integral, vector }
             }
-            Environment::Image { image, scale, layout, .. } => {
+            Environment::Image { image, scale, layout, to_world, .. } => {
                 let image = &scene.images[image.0 as usize];
                 let (w, h) = (image.width as usize, image.height as usize);
                 let total = 4.0 * std::f64::consts::PI;
@@ -52,19 +55,24 @@ impl Sky {
                     }
                 };
                 let mut integral = [0f64; 3];
+                let mut vector = DVec3::ZERO;
                 let mut weights = Vec::with_capacity(w * h);
                 for y in 0..h {
                     for x in 0..w {
                         let v = image.texels[y * w + x] * *scale;
                         (0..3).for_each(|c| integral[c] += v[c] as f64 * row_weight(y));
-                        // Bilinear look-up reaches into neighbours: a floor keeps the density positive there.
-                        weights.push(v.luminance().max(0.0) as f64 * row_weight(y));
+                        let weight = v.luminance().max(0.0) as f64 * row_weight(y);
+                        let uv = Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32);
+                        vector += uv_to_direction(*layout, uv).as_dvec3() * weight;
+                        weights.push(weight);
                     }
                 }
-                let table = Table::new(w, h, &smear(&weights, w, h));
+                let vector = (to_world.matrix3 * vector).as_vec3();
+                let table = Table::new(w, h, &floored(&weights));
                 Sky {
                     kind: Kind::Image { index, layout: *layout, table },
                     integral: Rgb(integral.map(|v| v as f32)),
+                    vector,
                 }
             }
         }
@@ -125,6 +133,50 @@ impl Sky {
         }
     }
 
+    /// [`Sky::sample`] for a known receiver: a constant sky by cosine where only one side counts.
+    pub(super) fn sample_for(&self, scene: &Scene, at: &Receiver, u: [f32; 2]) -> (Vec3, f32) {
+        match self.kind {
+            Kind::Constant(_) if at.is_one_sided() => {
+                let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u[0], u[1]));
+                let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+                (Frame::from_normal(at.n).to_world(Vec3::new(x, y, z)).normalize(), z / PI)
+            }
+            _ => self.sample(scene, u),
+        }
+    }
+
+    /// Density of [`Sky::sample_for`] per solid angle.
+    pub(super) fn pdf_for(&self, scene: &Scene, at: &Receiver, dir: Vec3) -> f32 {
+        match self.kind {
+            Kind::Constant(_) if at.is_one_sided() => at.n.dot(dir).max(0.0) / PI,
+            _ => self.pdf_solid_angle(scene, dir),
+        }
+    }
+
+    /// Estimated irradiance at `at` without occlusion, by luminance (W·m⁻²): exact for a constant sky and a sun, between
+    /// them otherwise; zero only where nothing can arrive.
+    pub(super) fn irradiance(&self, at: &Receiver) -> f32 {
+        let whole = self.integral.luminance().max(0.0);
+        if at.n == Vec3::ZERO {
+            return 0.5 * whole;
+        }
+        match self.kind {
+            Kind::Sun { ref frame, height, .. } => {
+                let cos = at.n.dot(frame.n);
+                let cos = if at.both_sides { cos.abs() } else { cos };
+                // The disk may rise where its centre does not.
+                let sin = (height * (2.0 - height)).max(0.0).sqrt() as f32;
+                whole * (cos.max(0.0) + if cos > -sin - 1e-6 { sin + 1e-6 } else { 0.0 })
+            }
+            _ => {
+                // ∫ L max(0, cos) = (∫ L cos + ∫ L |cos|) / 2, the latter by its value for an even sky.
+                let net = at.n.dot(self.vector);
+                let net = if at.both_sides { net.abs() } else { net };
+                (0.5 * (net + net.abs().max(0.5 * whole))).max(0.05 * whole)
+            }
+        }
+    }
+
     /// Density of [`Sky::sample`] per solid angle.
     pub fn pdf_solid_angle(&self, scene: &Scene, dir: Vec3) -> f32 {
         match &self.kind {
@@ -160,16 +212,10 @@ fn through_portal(corners: &[Vec3; 4], from: Vec3, dir: Vec3) -> bool {
     (0.0..=all).contains(&u) && (0.0..=all).contains(&v)
 }
 
-/// Keep a tenth of the largest neighbour so that no texel next to a bright one has a vanishing density.
-fn smear(weights: &[f64], w: usize, h: usize) -> Vec<f64> {
+/// Look-ups are nearest-texel, but rounding may fall on either side of an edge: a floor keeps the density positive.
+fn floored(weights: &[f64]) -> Vec<f64> {
     let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
-    let mut out = weights.to_vec();
-    for y in 0..h {
-        for x in 0..w {
-            out[y * w + x] = weights[y * w + x].max(1e-3 * mean);
-        }
-    }
-    out
+    weights.iter().map(|w| w.max(1e-3 * mean)).collect()
 }
 
 fn steradians_per_square(layout: EnvironmentLayout, uv: Vec2) -> f32 {

@@ -1,26 +1,36 @@
-//! Luminaires: everything that emits, how to pick one, and how to sample its points, directions and particles.
+//! Luminaires: everything that emits, how to pick one from a given place, and how to sample its points.
 //!
-//! A luminaire is one emitting triangle, one emitting quadric or one environment. They are picked in proportion to
-//! power (Shirley, Wang and Zimmerman 1996); whole spheres are sampled by the cone they subtend, everything else by
-//! area. Densities name their measure and include the probability of the pick.
+//! A luminaire is one emitting triangle, one emitting quadric or one environment. Picks go over *units*: a triangle, a
+//! quadric, or the rectangle that two triangles of a mesh make. Units lie in a tree ([`super::hierarchy`]); the tree and
+//! every environment share the picks by the irradiance they may bring to the receiver, half of it evenly so that what is
+//! occluded does not starve the rest. Whole spheres are sampled by the cone they subtend, nearby triangles and rectangles
+//! by their solid angle ([`super::solid_angle`]), everything else by area. Densities name their measure and include the
+//! probability of the pick at the receiver.
 
+use super::World;
+use super::emission::{emitted, power_per_area};
 use super::emitter_points::{
-    Frame64, cone, mean_stretch, object_area, quadric_area_point, shape_radius, sphere_area_point,
-    stretch_world, triangle_point, whole_sphere,
+    cone, mean_stretch, object_area, quadric_area_point, shape_radius, stretch_world, triangle_point,
+    whole_sphere,
 };
 use super::environment::Sky;
-use super::{World, texture};
+use super::hierarchy::Hierarchy;
+pub use super::hierarchy::Receiver;
+use super::unit::{Density, LuminairePoint, Unit};
+use crate::wrong::{Wrong, makes};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
-use hemilux_scene::geom::{DAffine3, DVec3, Frame, Vec2, Vec3};
-use hemilux_scene::{Emission, FloatParam, Geometry, Profile, Quadric, Rgb, Scene, Wrap};
-use std::f32::consts::PI;
+use hemilux_scene::geom::{DAffine3, DVec3, Vec2, Vec3};
+use hemilux_scene::{Emission, FloatParam, Geometry, Profile, Quadric, Rgb, Scene};
 
 /// [`super::Surface::luminaire`] of a surface that does not emit.
 pub const NO_LUMINAIRE: u32 = u32::MAX;
 
+/// Share of the picks that the tree and the environments split evenly.
+const EVEN: f32 = 0.5;
+
 /// What emits.
 #[derive(Clone, Debug)]
-enum Emitter {
+pub(super) enum Emitter {
     /// Corner and edges, world; unit normal on the emitting side; texture coordinates of the corners.
     Triangle { a: Vec3, e1: Vec3, e2: Vec3, n: Vec3, uv: [Vec2; 3] },
     /// A quadric, placed. `sphere`: centre and radius if it is a whole sphere, not stretched.
@@ -31,14 +41,14 @@ enum Emitter {
 
 /// One luminaire.
 #[derive(Clone, Debug)]
-struct Luminaire {
-    emitter: Emitter,
+pub(super) struct Luminaire {
+    pub(super) emitter: Emitter,
     /// Index into [`Luminaires::emissions`]; unused for skies.
-    emission: u32,
+    pub(super) emission: u32,
     /// m².
-    area: f32,
-    /// Probability of the pick.
-    pick: f32,
+    pub(super) area: f32,
+    /// Share of the power: the probability of the pick for emission.
+    pub(super) pick: f32,
     /// Rays never meet it (opacity 0): only sampling finds it.
     unseen: bool,
 }
@@ -46,12 +56,16 @@ struct Luminaire {
 /// All luminaires of a world.
 #[derive(Clone, Debug, Default)]
 pub struct Luminaires {
-    items: Vec<Luminaire>,
-    emissions: Vec<Emission>,
+    pub(super) items: Vec<Luminaire>,
+    pub(super) emissions: Vec<Emission>,
     /// Radius (m) of a ball around each emitting shape.
     radii: Vec<f32>,
-    skies: Vec<Sky>,
+    pub(super) skies: Vec<Sky>,
     sky_items: Vec<u32>,
+    units: Vec<Unit>,
+    /// Unit of each luminaire that is not an environment.
+    unit_of: Vec<u32>,
+    tree: Hierarchy,
     cumulative: Vec<f64>,
     /// First luminaire of each world shape.
     world_base: Vec<u32>,
@@ -59,7 +73,7 @@ pub struct Luminaires {
     instance_base: Vec<Vec<u32>>,
     /// Total power, W, by luminance of its bands.
     power: f64,
-    bound: (Vec3, f32),
+    pub(super) bound: (Vec3, f32),
 }
 
 /// A point on a luminaire as seen from somewhere.
@@ -77,17 +91,10 @@ pub struct LuminaireSample {
     target: Option<Vec3>,
 }
 
-/// A particle as it leaves a luminaire.
-#[derive(Clone, Copy, Debug)]
-pub struct EmittedParticle {
-    /// Where it starts (already off the surface).
-    pub origin: Vec3,
-    /// Unit direction.
-    pub dir: Vec3,
-    /// Power it would carry if it were the only one (W): divide by the number of particles.
-    pub flux: Rgb,
-    /// Which luminaire.
-    pub luminaire: u32,
+/// Cosine at the luminaire, between areas and solid angles.
+#[inline]
+fn cosine(n: Vec3, wi: Vec3) -> f32 {
+    if makes(Wrong::Cosine) { 1.0 } else { n.dot(wi).abs() }
 }
 
 impl Luminaires {
@@ -106,6 +113,7 @@ impl Luminaires {
             };
             all.instance_base.push(base);
         }
+        all.plant(&world.scene);
         for i in 0..world.scene.environments.len() {
             let sky = Sky::new(&world.scene, i);
             let disk = std::f64::consts::PI * (all.bound.1 as f64).powi(2);
@@ -236,7 +244,24 @@ impl Luminaires {
                 }
                 _ => None,
             },
+            // What a sphere shows lies two thirds of its radius before its centre on average: with that much added, the
+            // ends of chains gather round the centre from wherever it is seen.
+            Emitter::Quadric { sphere: Some((_, r)), .. } => {
+                Some((item.emission, r as f32, 2.0 / 3.0 * r as f32))
+            }
             _ => Some((item.emission, self.radii[item.emission as usize], 0.0)),
+        }
+    }
+
+    /// Mean radiance of luminaire `i` (luminance, W·sr⁻¹·m⁻²), as if it emitted evenly.
+    pub fn mean_radiance(&self, scene: &Scene, i: u32) -> f32 {
+        let item = &self.items[i as usize];
+        match item.emitter {
+            Emitter::Sky(s) => match &scene.environments[s] {
+                hemilux_scene::Environment::Sun { radiance, .. } => radiance.luminance(),
+                _ => 0.0,
+            },
+            _ => (item.pick as f64 * self.power / (std::f64::consts::PI * item.area as f64)) as f32,
         }
     }
 
@@ -281,8 +306,8 @@ impl Luminaires {
         }
     }
 
-    /// Pick a luminaire by power; also the unused part of `u`.
-    fn pick(&self, u: f32) -> (usize, f32) {
+    /// Pick a luminaire by power, for emission; also the unused part of `u`.
+    pub(super) fn pick_by_power(&self, u: f32) -> (usize, f32) {
         let u = u as f64;
         let i = self.cumulative.partition_point(|&c| c <= u).min(self.items.len() - 1);
         let low = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
@@ -292,7 +317,7 @@ impl Luminaires {
     }
 
     /// Radiance of every environment at `from` from `dir`, each with its index.
-    pub(crate) fn sky_radiance<'a>(
+    pub fn sky_radiance<'a>(
         &'a self,
         scene: &'a Scene,
         from: Vec3,
@@ -301,11 +326,10 @@ impl Luminaires {
         self.skies.iter().zip(&self.sky_items).map(move |(s, &i)| (s.radiance(scene, from, dir), i))
     }
 
-    /// Density per solid angle, pick included, with which [`Luminaires::sample`] from anywhere finds `dir` on sky `i`.
-    pub(crate) fn sky_pdf(&self, scene: &Scene, i: u32, dir: Vec3) -> f32 {
-        let item = &self.items[i as usize];
-        match item.emitter {
-            Emitter::Sky(s) => item.pick * self.skies[s].pdf_solid_angle(scene, dir),
+    /// Density per solid angle, pick included, with which [`Luminaires::sample`] for `at` finds `dir` on sky `i`.
+    pub fn sky_pdf(&self, scene: &Scene, i: u32, at: &Receiver, dir: Vec3) -> f32 {
+        match self.items[i as usize].emitter {
+            Emitter::Sky(s) => self.sky_share(s, at) * self.skies[s].pdf_for(scene, at, dir),
             _ => 0.0,
         }
     }
@@ -337,7 +361,7 @@ impl Luminaires {
                     seen += if radiance.is_black() { 0.0 } else { cos };
                 }
                 match sphere {
-                    Some((_, r)) if seen > 0.0 => sum * (PI * (r * r) as f32 / seen),
+                    Some((_, r)) if seen > 0.0 => sum * (std::f32::consts::PI * (r * r) as f32 / seen),
                     _ => sum,
                 }
             }
@@ -345,194 +369,232 @@ impl Luminaires {
         }
     }
 
-    /// Density per solid angle at `from`, pick included, with which [`Luminaires::sample`] finds this point of
-    /// luminaire `i`: at distance `t`, with unit normal `n`, along unit `wi`.
+    /// Density per solid angle at `at`, pick included, with which [`Luminaires::sample`] finds this point of luminaire
+    /// `i`: at distance `t`, with unit normal `n`, along unit `wi`.
     #[inline]
-    pub fn pdf_solid_angle(&self, i: u32, from: Vec3, wi: Vec3, t: f32, n: Vec3) -> f32 {
+    pub fn pdf_solid_angle(&self, i: u32, at: &Receiver, wi: Vec3, t: f32, n: Vec3) -> f32 {
         let item = &self.items[i as usize];
+        if matches!(item.emitter, Emitter::Sky(_)) {
+            return 0.0;
+        }
+        let number = self.unit_of[i as usize];
+        let pick = self.tree_share(at) * self.tree.probability(at, number);
+        if pick == 0.0 {
+            return 0.0;
+        }
         let by_area = |area: f32| {
-            let cos = n.dot(wi).abs();
+            let cos = cosine(n, wi);
             if cos > 0.0 { t * t / (area * cos) } else { 0.0 }
         };
-        item.pick
-            * match &item.emitter {
-                Emitter::Triangle { .. } => by_area(item.area),
-                Emitter::Quadric { sphere: Some((centre, r)), sign, .. } => {
-                    match cone(from, *centre, *r, *sign) {
-                        Some((_, _, height)) => (0.5 / std::f64::consts::PI / height) as f32,
-                        None => by_area(item.area),
-                    }
+        let unit = &self.units[number as usize];
+        pick * match &item.emitter {
+            Emitter::Triangle { a, e1, e2, .. } => match unit.near(at.p) {
+                Some(from) => match unit.solid_angle(from, *a, *e1, *e2) {
+                    Some(omega) => (1.0 / omega) as f32,
+                    None => by_area(unit.area(item)),
+                },
+                None => by_area(unit.area(item)),
+            },
+            Emitter::Quadric { sphere: Some((centre, r)), sign, .. } => {
+                match cone(at.p, *centre, *r, *sign) {
+                    Some((_, _, height)) => (0.5 / std::f64::consts::PI / height) as f32,
+                    None => by_area(item.area),
                 }
-                Emitter::Quadric { to_world, area_object, .. } => {
-                    by_area((area_object * stretch_world(to_world, n.as_dvec3())) as f32)
-                }
-                Emitter::Sky(_) => 0.0,
             }
+            Emitter::Quadric { to_world, area_object, .. } => {
+                by_area((area_object * stretch_world(to_world, n.as_dvec3())) as f32)
+            }
+            Emitter::Sky(_) => 0.0,
+        }
     }
 
-    /// A luminaire point as seen from `from`. `u_pick` chooses the luminaire, `u` the point.
+    /// Probability with which [`Luminaires::sample`] for `at` picks luminaire `i` (together with the other triangle of its
+    /// rectangle).
+    pub fn pick_probability(&self, i: u32, at: &Receiver) -> f32 {
+        match self.items[i as usize].emitter {
+            Emitter::Sky(s) => self.sky_share(s, at),
+            _ => self.tree_share(at) * self.tree.probability(at, self.unit_of[i as usize]),
+        }
+    }
+
+    /// Share of the picks that go to the tree.
+    #[inline]
+    fn tree_share(&self, at: &Receiver) -> f32 {
+        if self.skies.is_empty() { 1.0 } else { self.shares(at).share(self.tree.importance(at)) }
+    }
+
+    fn sky_share(&self, sky: usize, at: &Receiver) -> f32 {
+        self.shares(at).share(self.skies[sky].irradiance(at))
+    }
+
+    /// What the tree and the environments may bring, together.
+    fn shares(&self, at: &Receiver) -> Shares {
+        let skies = self.skies.iter().map(|s| s.irradiance(at));
+        skies.fold(Shares::default().with(self.tree.importance(at)), Shares::with)
+    }
+
+    /// A sky or (`None`) the tree for `u`; its probability, and the unused part of `u`.
+    fn pick_group(&self, at: &Receiver, u: f32) -> Option<(Option<usize>, f32, f32)> {
+        if self.skies.is_empty() {
+            return Some((None, 1.0, u));
+        }
+        let all = self.shares(at);
+        let mut low = 0.0;
+        for k in 0..=self.skies.len() {
+            // Skies first, the tree last.
+            let estimate = self.skies.get(k).map_or_else(|| self.tree.importance(at), |s| s.irradiance(at));
+            let share = all.share(estimate);
+            if share > 0.0 && u < low + share {
+                let rest = ((u - low) / share).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
+                return Some(((k < self.skies.len()).then_some(k), share, rest));
+            }
+            low += share;
+        }
+        None
+    }
+
+    /// A luminaire point as seen from `at`. `u_pick` chooses the luminaire, `u` the point.
     /// `None` where the sample carries nothing.
-    pub fn sample(&self, scene: &Scene, from: Vec3, u_pick: f32, u: [f32; 2]) -> Option<LuminaireSample> {
+    pub fn sample(&self, scene: &Scene, at: &Receiver, u_pick: f32, u: [f32; 2]) -> Option<LuminaireSample> {
         if self.is_empty() {
             return None;
         }
-        let (i, _) = self.pick(u_pick);
-        let item = &self.items[i];
-        let met_by_rays = !item.unseen;
-        if let Emitter::Sky(s) = item.emitter {
-            let (wi, pdf) = self.skies[s].sample(scene, u);
-            let radiance = self.skies[s].radiance(scene, from, wi);
-            let pdf = pdf * item.pick;
+        let (sky, share, rest) = self.pick_group(at, u_pick)?;
+        if let Some(s) = sky {
+            let (wi, pdf) = self.skies[s].sample_for(scene, at, u);
+            let radiance = self.skies[s].radiance(scene, at.p, wi);
+            let pdf = pdf * share;
             return (pdf > 0.0 && !radiance.is_black()).then_some(LuminaireSample {
                 wi,
                 radiance,
                 pdf_solid_angle: pdf,
-                met_by_rays,
+                met_by_rays: true,
                 target: None,
             });
         }
+        let (number, probability) = self.tree.pick(at, rest)?;
+        let unit = &self.units[number as usize];
+        let item = &self.items[unit.item as usize];
         let emission = &self.emissions[item.emission as usize];
-        let (q, error, n, uv, direction, pdf) = self.point(item, from, u)?;
-        let to = q - from;
+        let point = self.point(unit, at.p, u, emission.image.is_some())?;
+        let to = point.q - at.p;
         let distance2 = to.length_squared();
-        let wi = direction.or_else(|| to.try_normalize())?;
-        let radiance = emitted(scene, emission, n, uv, -wi);
-        let cos = n.dot(wi).abs();
-        let pdf = match pdf {
+        let wi = point.direction.or_else(|| to.try_normalize())?;
+        let radiance = emitted(scene, emission, point.n, point.uv, -wi);
+        let cos = point.n.dot(wi).abs();
+        let pdf = match point.density {
             Density::SolidAngle(p) => p,
             Density::Area(p) if cos > 0.0 => p * distance2 / cos,
             Density::Area(_) => return None,
-        } * item.pick;
+        } * (share * probability);
         if radiance.is_black() || pdf <= 0.0 || !pdf.is_finite() {
             return None;
         }
-        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error.
-        let target = offset_origin(q, error * 4.0, n, -wi);
-        Some(LuminaireSample { wi, radiance, pdf_solid_angle: pdf, met_by_rays, target: Some(target) })
+        // The end of the shadow ray stays in front of the luminaire by a multiple of its rounding error and of the ray's own,
+        // which grows with its length: a luminaire in a coordinate plane has none itself.
+        let error = point.error * 4.0 + Vec3::splat(4.0 * f32::EPSILON * (point.q - at.p).length());
+        let target = offset_origin(point.q, error, point.n, -wi);
+        Some(LuminaireSample {
+            wi,
+            radiance,
+            pdf_solid_angle: pdf,
+            met_by_rays: !item.unseen,
+            target: Some(target),
+        })
     }
 
-    /// Point, its rounding error, normal on the emitting side, parameters, direction if known better than by
-    /// difference, density.
-    #[allow(clippy::type_complexity)] // one caller, taken apart at once
-    fn point(
-        &self,
-        item: &Luminaire,
-        from: Vec3,
-        u: [f32; 2],
-    ) -> Option<(Vec3, Vec3, Vec3, Vec2, Option<Vec3>, Density)> {
+    /// A point of a unit as seen from `from`; its parameters only if they are `wanted`.
+    fn point(&self, unit: &Unit, from: Vec3, u: [f32; 2], wanted: bool) -> Option<LuminairePoint> {
+        let item = &self.items[unit.item as usize];
         match &item.emitter {
-            Emitter::Triangle { a, e1, e2, n, uv } => {
-                let (b1, b2) = triangle_point(u);
-                let q = *a + *e1 * b1 + *e2 * b2;
-                let st = uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2;
-                let error = (a.abs() + e1.abs() + e2.abs()) * (4.0 * f32::EPSILON);
-                Some((q, error, *n, st, None, Density::Area(1.0 / item.area)))
+            Emitter::Triangle { a, e1, e2, n, .. } => {
+                let near = unit.near(from).and_then(|from| unit.near_point(from, *a, *e1, *e2, u));
+                let (q, direction, density) = near.unwrap_or_else(|| {
+                    let q = match &unit.rectangle {
+                        Some(r) => r.point(u.map(|x| x as f64)).as_vec3(),
+                        None => {
+                            let (b1, b2) = triangle_point(u);
+                            *a + *e1 * b1 + *e2 * b2
+                        }
+                    };
+                    (q, None, Density::Area(1.0 / unit.area(item)))
+                });
+                let error = (a.abs() + e1.abs() + e2.abs() + from.abs()) * (4.0 * f32::EPSILON);
+                let uv = if wanted { self.parameters(unit, q) } else { Vec2::ZERO };
+                Some(LuminairePoint { q, error, n: *n, uv, direction, density })
             }
-            Emitter::Quadric { sphere: Some((centre, r)), sign, .. } => {
-                let Some((axis, distance, height)) = cone(from, *centre, *r, *sign) else {
-                    let (q, n, uv) = sphere_area_point(*centre, *r, u);
-                    let error = q.abs().as_vec3() * (2.0 * f32::EPSILON);
-                    let n = (n * *sign).as_vec3();
-                    return Some((q.as_vec3(), error, n, uv, None, Density::Area(1.0 / item.area)));
-                };
-                let x = u[0] as f64 * height;
-                let sin2 = x * (2.0 - x);
-                let (s, c) = (2.0 * std::f64::consts::PI * u[1] as f64).sin_cos();
-                let frame = Frame64::new(axis);
-                let sin = sin2.max(0.0).sqrt();
-                let w = frame.s * (sin * c) + frame.t * (sin * s) + axis * (1.0 - x);
-                let t = distance * (1.0 - x) - (r * r - distance * distance * sin2).max(0.0).sqrt();
-                let q = from.as_dvec3() + w * t;
-                let n = (q - *centre).normalize();
-                let error = (q.abs() + from.as_dvec3().abs()).as_vec3() * (2.0 * f32::EPSILON);
-                let pdf = (0.5 / std::f64::consts::PI / height) as f32;
-                let n = (n * *sign).as_vec3();
-                Some((q.as_vec3(), error, n, Vec2::ZERO, Some(w.as_vec3()), Density::SolidAngle(pdf)))
-            }
-            Emitter::Quadric { q, to_world, sign, area_object, .. } => {
-                let (p, n, uv, pdf) = quadric_area_point(*q, to_world, *area_object, u);
-                let error = p.abs().as_vec3() * (4.0 * f32::EPSILON);
-                Some((p.as_vec3(), error, (n * *sign).as_vec3(), uv, None, Density::Area(pdf)))
-            }
-            Emitter::Sky(_) => None,
+            _ => item.quadric_point(from, u),
         }
     }
 
-    /// A particle: `u_pick` chooses the luminaire, `u_point` where, `u_dir` whither.
-    pub fn emit(
-        &self,
-        scene: &Scene,
-        u_pick: f32,
-        u_point: [f32; 2],
-        u_dir: [f32; 2],
-    ) -> Option<EmittedParticle> {
-        if self.is_empty() {
-            return None;
-        }
-        let (i, rest) = self.pick(u_pick);
-        let item = &self.items[i];
-        if let Emitter::Sky(s) = item.emitter {
-            return self.emit_sky(scene, s, i, u_point, u_dir);
-        }
-        let emission = &self.emissions[item.emission as usize];
-        if let (Emitter::Quadric { sphere: Some((centre, r)), .. }, true) =
-            (&item.emitter, emission.profile != Profile::Uniform)
-        {
-            return emit_profile(scene, emission, item, i, *centre, *r, u_point, u_dir);
-        }
-        let far = Vec3::INFINITY;
-        let (q, error, n, uv, pdf) = match &item.emitter {
-            Emitter::Quadric { sphere: Some((centre, r)), sign, .. } => {
-                let (q, n, uv) = sphere_area_point(*centre, *r, u_point);
-                let error = (q.abs() * (2.0 * f32::EPSILON as f64)).as_vec3();
-                (q.as_vec3(), error, (n * *sign).as_vec3(), uv, 1.0 / item.area)
-            }
-            _ => match self.point(item, far, u_point)? {
-                (q, error, n, uv, _, Density::Area(pdf)) => (q, error, n, uv, pdf),
-                _ => return None,
-            },
+    /// Texture coordinates at `q` on a triangle or rectangle.
+    fn parameters(&self, unit: &Unit, q: Vec3) -> Vec2 {
+        let on = |i: usize| {
+            let Emitter::Triangle { a, e1, e2, uv, .. } = &self.items[i].emitter else {
+                return (f32::NEG_INFINITY, Vec2::ZERO);
+            };
+            let (d, c) = (q - *a, e1.cross(*e2));
+            let scale = 1.0 / c.length_squared();
+            let (b1, b2) = (d.cross(*e2).dot(c) * scale, e1.cross(d).dot(c) * scale);
+            let b0 = 1.0 - b1 - b2;
+            // How far inside, and the coordinates there.
+            (b0.min(b1).min(b2), uv[0] * b0 + uv[1] * b1 + uv[2] * b2)
         };
-        // Two-sided emitters use what is left of the pick to choose the side.
-        let (n, sides) = match emission.two_sided {
-            true => (if rest < 0.5 { n } else { -n }, 2.0),
-            false => (n, 1.0),
-        };
-        let local = cosine_direction(u_dir);
-        let dir = Frame::from_normal(n).to_world(local).normalize();
-        let radiance = emitted(scene, emission, n, uv, dir);
-        let flux = radiance * (PI * sides / (pdf * item.pick));
-        Some(EmittedParticle { origin: offset_origin(q, error, n, dir), dir, flux, luminaire: i as u32 })
+        let first = on(unit.item as usize);
+        if unit.rectangle.is_none() || first.0 >= 0.0 {
+            return first.1;
+        }
+        let second = on(unit.item as usize + 1);
+        if second.0 > first.0 { second.1 } else { first.1 }
     }
 
-    fn emit_sky(
-        &self,
-        scene: &Scene,
-        sky: usize,
-        i: usize,
-        u_point: [f32; 2],
-        u_dir: [f32; 2],
-    ) -> Option<EmittedParticle> {
-        let (towards, pdf) = self.skies[sky].sample(scene, u_dir);
-        let dir = -towards;
-        let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u_point[0], u_point[1]));
-        let frame = Frame::from_normal(dir);
-        let (centre, radius) = self.bound;
-        // A little wider than the ball, so that rounding does not cut its rim.
-        let radius = radius * 1.0001;
-        let origin = centre + (frame.s * x + frame.t * y) * radius - dir * (radius * 1.001);
-        let radiance = {
-            // Seen from behind the scene: a portal anywhere on the way counts.
-            let end = centre + (frame.s * x + frame.t * y) * radius + dir * radius;
-            self.skies[sky].radiance(scene, end, towards)
-        };
-        let flux = radiance * (PI * radius * radius / (pdf * self.items[i].pick));
-        (pdf > 0.0).then_some(EmittedParticle { origin, dir, flux, luminaire: i as u32 })
+    /// Make units of the luminaires listed so far, and the tree over them.
+    fn plant(&mut self, scene: &Scene) {
+        let mut extents = Vec::new();
+        let mut i = 0;
+        while i < self.items.len() {
+            let item = &self.items[i];
+            let rectangle = self.items.get(i + 1).and_then(|next| item.rectangle_with(next));
+            let members = 1 + rectangle.is_some() as usize;
+            let mut extent = item.extent(scene, &self.emissions[item.emission as usize]);
+            if members == 2 {
+                let other = self.items[i + 1].extent(scene, &self.emissions[item.emission as usize]);
+                (extent.low, extent.high) = (extent.low.min(other.low), extent.high.max(other.high));
+                extent.intensity += other.intensity;
+            }
+            let number = self.units.len() as u32;
+            self.unit_of.extend(std::iter::repeat_n(number, members));
+            let centre = (extent.low + extent.high) * 0.5;
+            let radius = (extent.high - extent.low).length() * 0.5;
+            self.units.push(Unit { item: i as u32, rectangle, centre, radius });
+            extents.push(extent);
+            i += members;
+        }
+        self.tree = Hierarchy::new(&extents);
     }
 }
 
-enum Density {
-    SolidAngle(f32),
-    Area(f32),
+/// Everything that picks are shared among, summed up.
+#[derive(Clone, Copy, Default)]
+struct Shares {
+    sum: f32,
+    count: u32,
+}
+
+impl Shares {
+    fn with(self, estimate: f32) -> Shares {
+        let counts = estimate > 0.0 && estimate.is_finite();
+        Shares { sum: self.sum + if counts { estimate } else { 0.0 }, count: self.count + counts as u32 }
+    }
+
+    /// Share of what may bring `estimate` (W·m⁻²).
+    fn share(&self, estimate: f32) -> f32 {
+        if estimate > 0.0 && estimate.is_finite() {
+            EVEN / self.count as f32 + (1.0 - EVEN) * estimate / self.sum
+        } else {
+            0.0
+        }
+    }
 }
 
 impl LuminaireSample {
@@ -549,121 +611,4 @@ impl LuminaireSample {
             }
         }
     }
-}
-
-fn emitted(scene: &Scene, e: &Emission, n: Vec3, uv: Vec2, w: Vec3) -> Rgb {
-    if !e.two_sided && n.dot(w) <= 0.0 {
-        return Rgb::BLACK;
-    }
-    let mut radiance = e.radiance;
-    if let Some(image) = e.image {
-        radiance *= texture::lookup(&scene.images[image.0 as usize], uv, Wrap::Clamp, false);
-    }
-    match &e.profile {
-        Profile::Uniform => radiance,
-        profile => radiance * profile_factor(scene, profile, w),
-    }
-}
-
-fn profile_factor(scene: &Scene, profile: &Profile, w: Vec3) -> Rgb {
-    match profile {
-        Profile::Uniform => Rgb::WHITE,
-        Profile::Spot { axis, cos_start, cos_end } => {
-            let cos = axis.dot(w);
-            let x = ((cos - cos_end) / (cos_start - cos_end).max(1e-9)).clamp(0.0, 1.0);
-            Rgb::splat(x * x * (3.0 - 2.0 * x))
-        }
-        Profile::Goniometric { image, to_local } => {
-            let d = to_local.transform_vector3(w.as_dvec3()).normalize_or_zero().as_vec3();
-            let layout = hemilux_scene::EnvironmentLayout::EqualAreaOctahedral;
-            let uv = super::environment::direction_to_uv(layout, d);
-            texture::lookup(&scene.images[image.0 as usize], Vec2::new(uv.x, 1.0 - uv.y), Wrap::Clamp, false)
-        }
-        Profile::Projection { image, to_local, half_window } => {
-            let d = to_local.transform_vector3(w.as_dvec3()).as_vec3();
-            if d.z <= 0.0 {
-                return Rgb::BLACK;
-            }
-            let st = Vec2::new(d.x / d.z / half_window.x, d.y / d.z / half_window.y);
-            if st.x.abs() > 1.0 || st.y.abs() > 1.0 {
-                return Rgb::BLACK;
-            }
-            let st = (st + Vec2::ONE) * 0.5;
-            texture::lookup(&scene.images[image.0 as usize], st, Wrap::Clamp, false)
-        }
-    }
-}
-
-/// Emitted power per area by luminance (W·m⁻²).
-fn power_per_area(scene: &Scene, e: &Emission) -> f64 {
-    let mut radiance = e.radiance;
-    if let Some(image) = e.image {
-        let texels = &scene.images[image.0 as usize].texels;
-        let sum = texels.iter().fold([0f64; 3], |s, t| [0, 1, 2].map(|c| s[c] + t[c] as f64));
-        radiance *= Rgb(sum.map(|v| (v / texels.len().max(1) as f64) as f32));
-    }
-    let mean = match &e.profile {
-        Profile::Uniform => 1.0,
-        Profile::Spot { cos_start, cos_end, .. } => 0.5 * (1.0 - 0.5 * (cos_start + cos_end)) as f64,
-        // Mean over directions by a fixed set.
-        profile => {
-            let layout = hemilux_scene::EnvironmentLayout::EqualAreaOctahedral;
-            let n = 64;
-            let cell = |i: usize| (i as f32 + 0.5) / n as f32;
-            let at = |x, y| super::environment::uv_to_direction(layout, Vec2::new(cell(x), cell(y)));
-            let sum: f64 =
-                (0..n * n).map(|i| profile_factor(scene, profile, at(i % n, i / n)).luminance() as f64).sum();
-            sum / (n * n) as f64
-        }
-    };
-    let sides = if e.two_sided { 2.0 } else { 1.0 };
-    radiance.luminance().max(0.0) as f64 * std::f64::consts::PI * sides * mean
-}
-
-/// A particle of a small sphere whose radiance depends on direction only: direction first, then a point of the disk
-/// that the sphere shows to it.
-fn emit_profile(
-    scene: &Scene,
-    emission: &Emission,
-    item: &Luminaire,
-    i: usize,
-    centre: DVec3,
-    r: f64,
-    u_point: [f32; 2],
-    u_dir: [f32; 2],
-) -> Option<EmittedParticle> {
-    let (dir, pdf) = match emission.profile {
-        Profile::Spot { axis, cos_end, .. } => {
-            let height = 1.0 - cos_end;
-            let x = u_dir[0] * height;
-            let sin = (x * (2.0 - x)).max(0.0).sqrt();
-            let (s, c) = (2.0 * PI * u_dir[1]).sin_cos();
-            let local = Vec3::new(sin * c, sin * s, 1.0 - x);
-            (Frame::from_normal(axis).to_world(local).normalize(), 0.5 / PI / height)
-        }
-        _ => {
-            let z = 1.0 - 2.0 * u_dir[0];
-            let rho = (1.0 - z * z).max(0.0).sqrt();
-            let (s, c) = (2.0 * PI * u_dir[1]).sin_cos();
-            (Vec3::new(rho * c, rho * s, z), 0.25 / PI)
-        }
-    };
-    let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u_point[0], u_point[1]));
-    let z = (1.0 - x * x - y * y).max(0.0).sqrt();
-    let n = Frame::from_normal(dir).to_world(Vec3::new(x, y, z));
-    let q = centre + n.as_dvec3() * r;
-    let radiance = emission.radiance * profile_factor(scene, &emission.profile, dir);
-    let flux = radiance * (PI * (r * r) as f32 / (pdf * item.pick));
-    let error = (q.abs() * (2.0 * f32::EPSILON as f64)).as_vec3();
-    Some(EmittedParticle {
-        origin: offset_origin(q.as_vec3(), error, n, dir),
-        dir,
-        flux,
-        luminaire: i as u32,
-    })
-}
-
-fn cosine_direction(u: [f32; 2]) -> Vec3 {
-    let (x, y) = hemiquad::map::square_to_disk(hemiquad::map::Uv::new(u[0], u[1]));
-    Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }

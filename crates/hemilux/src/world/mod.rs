@@ -5,11 +5,16 @@
 
 pub mod balls;
 pub mod camera;
+pub mod emission;
 mod emitter_points;
 pub mod environment;
+pub mod hierarchy;
 pub mod luminaire;
+mod patch;
+pub mod solid_angle;
 pub mod surface;
 pub mod texture;
+mod unit;
 
 use crate::bsdf::Bsdf;
 use balls::Balls;
@@ -17,6 +22,7 @@ use hemilux_accel as accel;
 use hemilux_scene::geom::{DAffine3, Vec3};
 use hemilux_scene::{ConductorFresnel, Geometry, MaterialId, MaterialKind, Roughness, Scene, Shape};
 use luminaire::Luminaires;
+use patch::Patches;
 pub use surface::Surface;
 use texture::TexturePoint;
 
@@ -101,6 +107,10 @@ pub struct World {
     pub balls: Balls,
     /// Whether some surface lets rays pass at random or always.
     has_holes: bool,
+    /// Per group.
+    patches: Vec<Patches>,
+    /// Reflectance of each shape of group 0 that is plain: see [`World::plain`].
+    plain: Vec<Option<hemilux_scene::Rgb>>,
     /// Centre and radius of a ball around all geometry (m).
     bound: (Vec3, f32),
 }
@@ -145,16 +155,28 @@ impl World {
             luminaires: Luminaires::default(),
             balls: Balls::default(),
             has_holes,
+            patches: Vec::new(),
+            plain: Vec::new(),
             bound,
         };
         world.luminaires = Luminaires::new(&world);
         world.balls = Balls::new(&world);
+        let casts = |s: &Shape| !world.is_diffuse(s.material);
+        world.patches = world.groups.iter().map(|g| Patches::new(&world.scene, g, casts)).collect();
+        world.plain = world.groups[0].shapes.iter().map(|s| world.plain_reflectance(s)).collect();
         world
     }
 
     /// Whether some surface reflects or refracts other than diffusely, so that virtual luminaires can exist.
     pub fn has_casters(&self) -> bool {
-        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !balls::is_diffuse(self, s.material))
+        self.groups.iter().flat_map(|g| &g.shapes).any(|s| !self.is_diffuse(s.material))
+    }
+
+    fn is_diffuse(&self, id: MaterialId) -> bool {
+        matches!(
+            self.scene.materials[id.0 as usize].kind,
+            MaterialKind::Diffuse { .. } | MaterialKind::DiffuseTransmission { .. } | MaterialKind::Interface
+        )
     }
 
     /// Centre and radius (m) of a ball around all geometry.
@@ -176,10 +198,28 @@ impl World {
     /// The nearest surface along the ray that is not a hole, within `t_max`. `dir` is unit.
     #[inline]
     pub fn closest(&self, origin: Vec3, dir: Vec3, t_max: f32) -> Option<Surface> {
+        let hit = self.closest_hit(origin, dir, t_max)?;
+        self.surface_behind(hit, origin, dir, t_max)
+    }
+
+    /// The nearest hit, holes included: [`World::surface_behind`] tells what it leads to.
+    #[inline]
+    pub(crate) fn closest_hit(&self, origin: Vec3, dir: Vec3, t_max: f32) -> Option<accel::Hit> {
+        self.accel.closest(&accel::Ray { origin, dir, t_min: 0.0, t_max })
+    }
+
+    /// The surface at `hit`, or the next one along the ray if that is a hole.
+    #[inline]
+    pub(crate) fn surface_behind(
+        &self,
+        mut hit: accel::Hit,
+        origin: Vec3,
+        dir: Vec3,
+        t_max: f32,
+    ) -> Option<Surface> {
         let mut ray = accel::Ray { origin, dir, t_min: 0.0, t_max };
         let mut travelled = 0.0;
         loop {
-            let hit = self.accel.closest(&ray)?;
             let mut surface = self.surface(&hit, dir);
             if !self.has_holes || !self.is_hole(&surface) {
                 surface.t += travelled;
@@ -188,6 +228,7 @@ impl World {
             travelled += hit.t;
             ray.origin = accel::offset_origin(surface.p, surface.p_error, surface.ng, dir);
             ray.t_max = t_max - travelled;
+            hit = self.accel.closest(&ray)?;
         }
     }
 
@@ -198,6 +239,37 @@ impl World {
             return self.closest(origin, dir, t_max).is_some();
         }
         self.accel.occluded(&accel::Ray { origin, dir, t_min: 0.0, t_max })
+    }
+
+    /// Reflectance and whether the front is met, for a hit on a flat triangle that is diffuse, of one reflectance, opaque
+    /// and dark: what such a surface sends back is known without working out the rest of the [`Surface`].
+    #[inline]
+    pub(crate) fn plain(&self, hit: &accel::Hit, dir: Vec3) -> Option<(hemilux_scene::Rgb, bool)> {
+        if hit.instance != accel::NO_INSTANCE {
+            return None;
+        }
+        let group = &self.groups[0];
+        let index = group.prim_shape[hit.prim as usize] as usize;
+        let reflectance = self.plain[index]?;
+        let shape = &group.shapes[index];
+        let Geometry::Mesh(id) = shape.geometry else { return None };
+        let mesh = &self.scene.meshes[id.0 as usize];
+        let [a, b, c] =
+            mesh.indices[(hit.prim - group.first_prim[index]) as usize].map(|i| mesh.positions[i as usize]);
+        let against = (b - a).cross(c - a).dot(dir) < 0.0;
+        Some((reflectance, against ^ shape.reverse_orientation ^ shape.flips_handedness))
+    }
+
+    fn plain_reflectance(&self, shape: &Shape) -> Option<hemilux_scene::Rgb> {
+        let Geometry::Mesh(id) = shape.geometry else { return None };
+        let dark = shape.emission.is_none() && shape.alpha.is_none();
+        let flat = self.scene.meshes[id.0 as usize].normals.is_empty();
+        match &self.scene.materials[shape.material.0 as usize].kind {
+            MaterialKind::Diffuse { reflectance: hemilux_scene::RgbParam::Constant(r) } if dark && flat => {
+                Some(r.map(|v| v.clamp(0.0, 1.0)))
+            }
+            _ => None,
+        }
     }
 
     fn is_hole(&self, s: &Surface) -> bool {
@@ -217,26 +289,11 @@ impl World {
         key.uniform(0) >= alpha
     }
 
-    /// The smooth piece of surface that `s` lies on, for telling specular chains apart: the plane of a flat facet, or
-    /// the whole shape where normals vary smoothly.
+    /// The smooth piece of surface that `s` lies on, for telling specular chains apart.
     pub(crate) fn patch(&self, s: &Surface) -> u64 {
-        let shape = self.shape(s.group, s.shape);
-        let whole = (s.hit.instance as u64) << 32 | s.shape as u64;
-        let flat = match shape.geometry {
-            Geometry::Mesh(id) => self.scene.meshes[id.0 as usize].normals.is_empty(),
-            Geometry::Quadric(..) => false,
-        };
-        if !flat {
-            return whole;
-        }
-        let step = |v: f32, size: f32| (v / size).round() as i64 as u64;
-        let offset = s.ng.dot(s.p - self.bound.0);
-        hemiquad::points::Key::new(whole)
-            .with(step(s.ng.x, 1e-3))
-            .with(step(s.ng.y, 1e-3))
-            .with(step(s.ng.z, 1e-3))
-            .with(step(offset, 1e-3 * self.bound.1))
-            .bits64(0)
+        let within = s.hit.prim - self.groups[s.group as usize].first_prim[s.shape as usize];
+        let patch = self.patches[s.group as usize].of(s.shape, within);
+        hemiquad::points::Key::new((s.hit.instance as u64) << 32 | s.shape as u64).bits64(patch)
     }
 
     #[inline]

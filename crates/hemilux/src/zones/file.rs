@@ -1,16 +1,21 @@
 //! The file form of a zonal solution (`.hlxz`): a header, then raw little-endian arrays, then a CRC.
 //!
-//! Layout: magic `HLXZONE1`, scene hash u64, zone budget u32, zone count u32, particles u64, ledger (5 × 3 f64, rays
-//! u64), then per zone side: total 3 × f32, caustic 3 × f32, error f32; last CRC-32 (IEEE) of all before it. The cut
+//! Layout: magic `HLXZONE2`, scene hash u64, zone budget u32, zone count u32, particles u64, ledger (5 × 3 f64, rays
+//! u64), then per zone side: total 3 × f32, caustic 3 × f32, error f32; then what steers gathers (records, field; see
+//! [`super::wire`]); last CRC-32 (IEEE) of all before it. The cut
 //! itself is not stored: it follows from scene and budget, and reading makes it anew.
 
+use super::field::Field;
 use super::particles::Ledger;
+use super::records::Records;
+use super::wire::Wire;
 use super::{ZoneMap, Zones};
 use crate::world::World;
 use hemilux_scene::Rgb;
 use std::io::{self, Write};
+use std::sync::Arc;
 
-const MAGIC: &[u8; 8] = b"HLXZONE1";
+const MAGIC: &[u8; 8] = b"HLXZONE2";
 
 /// Why a file is not the zonal solution that was wanted.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +24,7 @@ pub enum ZoneFileError {
     #[error("{0}")]
     Io(#[from] io::Error),
     /// Not such a file, or another version of it.
-    #[error("not a zonal solution of this version (magic HLXZONE1 missing)")]
+    #[error("not a zonal solution of this version (magic HLXZONE2 missing)")]
     Magic,
     /// Cut short or altered.
     #[error("the file is damaged: {0}")]
@@ -54,6 +59,8 @@ impl Zones {
                 bytes.extend_from_slice(&v.to_le_bytes());
             }
         }
+        self.records.put(&mut bytes);
+        self.field.put(&mut bytes);
         let crc = crc32fast::hash(&bytes);
         bytes.extend_from_slice(&crc.to_le_bytes());
         out.write_all(&bytes)
@@ -61,7 +68,7 @@ impl Zones {
 
     /// Read a solution back; it must have been made from the same scene.
     pub fn read(world: &World, bytes: &[u8]) -> Result<Zones, ZoneFileError> {
-        if bytes.len() < 8 || &bytes[..8] != MAGIC {
+        if bytes.len() < 12 || &bytes[..8] != MAGIC {
             return Err(ZoneFileError::Magic);
         }
         let (body, crc) = bytes.split_at(bytes.len() - 4);
@@ -82,7 +89,7 @@ impl Zones {
         let [emitted, absorbed, escaped, incident, truncated] = triples;
         let ledger = Ledger { emitted, absorbed, escaped, incident, truncated, rays: at.u64()? };
         let map = ZoneMap::new(world, budget);
-        if map.len() as u64 != count as u64 || at.bytes.len() as u64 != count as u64 * 2 * 28 {
+        if map.len() as u64 != count as u64 || (at.bytes.len() as u64) < count as u64 * 2 * 28 {
             return Err(ZoneFileError::Damaged("it holds another number of zones than this scene has"));
         }
         let (mut total, mut caustic, mut error) = (Vec::new(), Vec::new(), Vec::new());
@@ -91,8 +98,12 @@ impl Zones {
             caustic.push(Rgb([at.f32()?, at.f32()?, at.f32()?]));
             error.push(at.f32()?);
         }
-        let records = Default::default();
-        Ok(Zones { map, total, caustic, error, records, ledger, particles })
+        let (records, field) = (Records::take(&mut at.bytes)?, Field::take(&mut at.bytes)?);
+        if !(at.bytes.is_empty() && records.is_sound() && field.is_sound()) {
+            return Err(ZoneFileError::Damaged("what it says of virtual luminaires does not fit together"));
+        }
+        let (records, field) = (Arc::new(records), Arc::new(field));
+        Ok(Zones { map, total, caustic, error, records, field, ledger, particles })
     }
 }
 

@@ -140,6 +140,22 @@ impl ZoneMap {
         ZonePlace { zone, side, radius: self.radii[zone as usize] }
     }
 
+    /// [`ZoneMap::locate`] for a hit on a triangle of the world's own, met on its front or back.
+    #[inline]
+    pub(crate) fn locate_triangle(
+        &self,
+        hit: &hemilux_accel::Hit,
+        front: bool,
+        jitter: [f32; 2],
+    ) -> ZonePlace {
+        let cut = self.cuts[hit.prim as usize];
+        let zone = match cut.rows {
+            0 => cut.first,
+            k => self.cells[(cut.first + triangle_cell(k, hit.u, hit.v, jitter)) as usize],
+        };
+        ZonePlace { zone, side: !front as u32, radius: self.radii[zone as usize] }
+    }
+
     /// Every cell as a polygon (3 or 4 corners, world) with its zone: for drawing. Whole primitives are one cell.
     pub fn for_each_cell(&self, world: &World, mut f: impl FnMut(&[Vec3], u32)) {
         for_each_occurrence(world, |occurrence, group, to_world| {

@@ -5,16 +5,22 @@
 //! solution that gathers look up. A solution can be written to a file and read back ([`Zones::write`], [`Zones::read`]),
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
+pub mod aim;
+pub mod field;
 pub mod file;
 pub mod map;
 pub mod mesh;
 pub mod particles;
 pub mod records;
+pub mod sight;
+mod wire;
 
 use crate::bsdf::Bsdf;
 use crate::world::{Surface, World};
+use field::Field;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
+use hemiquad::points::Key;
 pub use map::{ZoneMap, ZonePlace};
 use particles::{Bin, Deposits, Ledger};
 use records::Records;
@@ -50,6 +56,8 @@ pub struct Zones {
     error: Vec<f32>,
     /// Where virtual luminaires are expected; nothing in a solution that was read from a file.
     records: Arc<Records>,
+    /// What the field radiance is expected to be; nothing in a solution that was read from a file.
+    field: Arc<Field>,
     /// Where the flux went, per particle (W).
     pub ledger: Ledger,
     /// Particles traced.
@@ -57,7 +65,8 @@ pub struct Zones {
 }
 
 impl Zones {
-    /// Cut the world and trace particles.
+    /// Cut the world and trace particles. The solution is a function of the world, the options and the number of
+    /// particles traced, bit for bit: what ended them does not show.
     pub fn solve(world: &World, options: &ZoneOptions) -> Zones {
         Zones::solve_until(world, options, |_| false)
     }
@@ -65,13 +74,17 @@ impl Zones {
     /// The same, but no further once `stop` (given the particles so far) says so.
     pub fn solve_until(world: &World, options: &ZoneOptions, stop: impl FnMut(u64) -> bool) -> Zones {
         let map = ZoneMap::new(world, options.budget);
-        let mut deposits = Deposits::new(map.len(), world.luminaires.power());
+        let mut deposits =
+            Deposits::new(map.len(), world.luminaires.power(), Some(sight::Sight::of_camera(world)));
         deposits.trace(world, &map, options.seed, options.particles, stop);
         Zones::finish(map, deposits)
     }
 
     fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
-        let records = Arc::new(Records::new(std::mem::take(&mut deposits.records)));
+        let mut finds = std::mem::take(&mut deposits.finds);
+        finds.records.append(&mut finds.zone_records);
+        let records = Arc::new(Records::new(finds.records));
+        let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;
         let (mut total, mut caustic, mut error) =
@@ -95,7 +108,7 @@ impl Zones {
             truncated: scale(l.truncated),
             rays: l.rays,
         };
-        Zones { map, total, caustic, error, records, ledger, particles: deposits.particles }
+        Zones { map, total, caustic, error, records, field, ledger, particles: deposits.particles }
     }
 
     /// The cut surfaces.
@@ -106,6 +119,18 @@ impl Zones {
     /// Where virtual luminaires are expected.
     pub fn records(&self) -> &Records {
         &self.records
+    }
+
+    /// What the field radiance is expected to be.
+    pub fn field(&self) -> &Field {
+        &self.field
+    }
+
+    /// A hash of everything that gathers look up: two solutions with the same one give the same pictures.
+    pub fn fingerprint(&self) -> u64 {
+        let key = Key::new(self.particles).with(self.map.len() as u64).with(self.records.len());
+        let values = self.total.iter().chain(&self.caustic).flat_map(|v| v.0);
+        values.fold(key, |key, v| key.with(v.to_bits() as u64)).bits64(0)
     }
 
     /// Irradiance of a zone side (W·m⁻²).

@@ -8,11 +8,16 @@
 //! Deposits are summed in integers, so the result does not depend on the number of threads. The books balance: what
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
+use super::aim::{Aim, Start, Trial};
+use super::field::Incidence;
 use super::map::ZoneMap;
-use super::records::Record;
-use crate::bsdf::Transport as Quantity;
-use crate::world::World;
+use super::records::{LARGE, Record};
+use super::sight::Sight;
+use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::world::emission::EmittedParticle;
+use crate::world::{Surface, World};
 use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
 use hemiquad::points::{Key, sobol};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -76,16 +81,61 @@ pub struct Deposits {
     pub ledger: Ledger,
     /// Particles so far.
     pub particles: u64,
-    /// Arrivals through specular chains, in the order of particles; [`MOST_RECORDS`] at most.
-    pub records: Vec<Record>,
+    /// What was found on the way, in the order of particles.
+    pub finds: Finds,
+    /// Per zone side: radiosity over π (luminance) where it outshines the scene, 0 elsewhere; known after [`PILOT`] particles.
+    bright: Vec<f32>,
+    aim: Aim,
+    /// The particles that `aim` will next learn from.
+    trials: Vec<Trial>,
+    /// What matters; `None`: everything.
+    sight: Option<Sight>,
 }
+
+/// Particles after which emission is aimed anew, each time by the particles since the last.
+const AIMED_AT: [u64; 3] = [1 << 15, 1 << 17, 1 << 19];
+/// What an arrival through mirrors and glass is worth, against one straight from a luminaire.
+const CHAIN_USE: f32 = 4.0;
+/// What an arrival is worth where it does not matter.
+const UNSEEN_USE: f32 = 0.02;
+
+/// What particles find that steers gathers.
+#[derive(Debug, Default)]
+pub struct Finds {
+    /// Arrivals from luminaires through specular chains; [`MOST_RECORDS`] at most.
+    pub records: Vec<Record>,
+    /// Arrivals from bright zones, straight or through specular chains; [`MOST_RECORDS`] at most.
+    pub zone_records: Vec<Record>,
+    /// Arrivals other than straight from a luminaire; [`MOST_INCIDENCES`] at most.
+    pub incidences: Vec<Incidence>,
+}
+
+impl Finds {
+    fn append(&mut self, more: Finds) {
+        let room = MOST_RECORDS - self.records.len();
+        self.records.extend(more.records.into_iter().take(room));
+        let room = MOST_RECORDS - self.zone_records.len();
+        self.zone_records.extend(more.zone_records.into_iter().take(room));
+        let room = MOST_INCIDENCES - self.incidences.len();
+        self.incidences.extend(more.incidences.into_iter().take(room));
+    }
+}
+
+/// Arrivals that are kept for the predicted field radiance.
+pub const MOST_INCIDENCES: usize = 1 << 21;
+/// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
+const RECORDED: f32 = 0.25;
 
 /// Records that are kept.
 pub const MOST_RECORDS: usize = 1 << 20;
+/// Particles after which it is decided which zones are bright.
+pub const PILOT: u64 = 1 << 17;
+/// A zone is bright if its radiosity is this many times the mean over the scene's lit surfaces.
+const OUTSHINES: f64 = 10.0;
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
-    pub fn new(zones: usize, power: f64) -> Deposits {
+    pub fn new(zones: usize, power: f64, sight: Option<Sight>) -> Deposits {
         let power = if power > 0.0 { power } else { 1.0 };
         let zeros = |n: usize| (0..n).map(|_| AtomicU64::new(0)).collect();
         Deposits {
@@ -96,7 +146,11 @@ impl Deposits {
             square_unit: (1u64 << 20) as f64 / (power * power),
             ledger: Ledger::default(),
             particles: 0,
-            records: Vec::new(),
+            finds: Finds::default(),
+            bright: Vec::new(),
+            aim: Aim::default(),
+            trials: Vec::new(),
+            sight,
         }
     }
 
@@ -134,27 +188,84 @@ impl Deposits {
         let key = Key::new(seed).with(0x9a_47_1c_1e);
         const BATCH: u64 = 64 * CHUNK;
         while self.particles < total && !stop(self.particles) {
-            let end = (self.particles + BATCH).min(total);
+            if AIMED_AT.contains(&self.particles) {
+                self.aim = Aim::learn(std::mem::take(&mut self.trials));
+            }
+            if self.bright.is_empty() && self.particles >= PILOT.min(total / 2) {
+                self.bright = self.bright_zones(map);
+            }
+            // A batch ends where something is decided.
+            let next = AIMED_AT.into_iter().find(|n| *n > self.particles);
+            let end = (self.particles + BATCH).min(total).min(next.unwrap_or(u64::MAX));
+            let learns = next.is_some();
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
             // Collected in order, then summed in order: the same bits for any number of threads.
-            let chunks: Vec<(Ledger, Vec<Record>)> = starts
+            let chunks: Vec<(Ledger, Finds, Vec<Trial>)> = starts
                 .par_iter()
                 .map(|&start| {
-                    let (mut ledger, mut records) = (Ledger::default(), Vec::new());
+                    let (mut ledger, mut finds) = (Ledger::default(), Finds::default());
+                    let mut trials = Vec::new();
                     for i in start..(start + CHUNK).min(end) {
-                        this.particle(world, map, key, i, &mut ledger, &mut records);
+                        let trial = this.particle(world, map, key, i, &mut ledger, &mut finds);
+                        if learns {
+                            trials.push(trial);
+                        }
                     }
-                    (ledger, records)
+                    (ledger, finds, trials)
                 })
                 .collect();
-            for (ledger, records) in chunks {
+            for (ledger, finds, trials) in chunks {
                 self.ledger = self.ledger.add(&ledger);
-                let room = MOST_RECORDS - self.records.len();
-                self.records.extend(records.into_iter().take(room));
+                self.finds.append(finds);
+                self.trials.extend(trials);
             }
             self.particles = end;
         }
+    }
+
+    /// What an arrival counts when emission is aimed.
+    fn worth(&self, s: &Surface, bin: Bin) -> f32 {
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let seen = self.sight.as_ref().is_none_or(|sight| sight.sees(s.p, n));
+        let worth = if seen { 1.0 } else { UNSEEN_USE };
+        if bin == Bin::Caustic { CHAIN_USE * worth } else { worth }
+    }
+
+    /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
+    fn zone_source(&self, map: &ZoneMap, zone: u32, side: u32, transmitted: bool, kept: f32) -> Source {
+        let irradiance = self.bright.get((zone * 2 + side) as usize).copied().unwrap_or(0.0);
+        match irradiance > 0.0 {
+            true => Source {
+                known: true,
+                signature: Key::new(1 << 40 | (zone as u64) << 2 | (side as u64) << 1 | transmitted as u64),
+                radius: map.radii()[zone as usize],
+                strength: irradiance * kept,
+                ..Source::none()
+            },
+            false => Source::none(),
+        }
+    }
+
+    /// The zones that outshine the scene, by their irradiance so far (their reflectance is left to the particles).
+    fn bright_zones(&self, map: &ZoneMap) -> Vec<f32> {
+        let n = self.particles.max(1) as f64;
+        let flux = |side: usize| {
+            let bins = [Bin::Direct, Bin::Caustic, Bin::Indirect].map(|b| self.flux(side, b));
+            (0..3)
+                .map(|c| [0.2126, 0.7152, 0.0722][c] * bins.iter().map(|b| b[c]).sum::<f64>() / n)
+                .sum::<f64>()
+        };
+        let all: Vec<(f64, f64)> =
+            (0..map.len() * 2).map(|side| (flux(side), map.areas()[side / 2] as f64)).collect();
+        let (lit, area) = all.iter().filter(|a| a.0 > 0.0).fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
+        let threshold = if area > 0.0 { OUTSHINES * lit / area } else { f64::INFINITY };
+        all.iter()
+            .map(|(flux, area)| {
+                let irradiance = if *area > 0.0 { flux / area } else { 0.0 };
+                if irradiance > threshold { (irradiance / std::f64::consts::PI) as f32 } else { 0.0 }
+            })
+            .collect()
     }
 
     fn particle(
@@ -164,16 +275,14 @@ impl Deposits {
         key: Key,
         i: u64,
         ledger: &mut Ledger,
-        records: &mut Vec<Record>,
-    ) {
-        // Golden-ratio steps stratify the pick over any prefix of the particles.
-        let shift = key.uniform64(0);
-        let pick = (shift + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
-        let index = i as u32;
-        let block = key.with(i >> 32);
-        let (p, d) = (sobol(index, block.with(1)), sobol(index, block.with(2)));
-        let pick = pick.min(1.0 - f32::EPSILON / 2.0);
-        let Some(e) = world.luminaires.emit(&world.scene, pick, [p.u, p.v], [d.u, d.v]) else { return };
+        finds: &mut Finds,
+    ) -> Trial {
+        let (start, density) = self.aim.start(starting_numbers(key, i));
+        let [pick, p0, p1, d0, d1] = start;
+        let mut trial = Trial { start, use_: 0.0 };
+        let Some(e) = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]) else { return trial };
+        let plain = e.flux.luminance();
+        let e = EmittedParticle { flux: e.flux * (1.0 / density), ..e };
         add(&mut ledger.emitted, e.flux);
         let numbers = key.with(3).with(i);
         let mut dimension = 0;
@@ -183,34 +292,20 @@ impl Deposits {
         };
         let (mut origin, mut dir, mut flux) = (e.origin, e.dir, e.flux);
         let (mut bounce, mut chain) = (0u32, false);
-        let identity = world.luminaires.identity(&world.scene, e.luminaire);
-        let mut signature = Key::new(identity.map_or(0, |i| i.0 as u64));
-        let mut length = identity.map_or(0.0, |i| i.2);
+        let mut source = Source::of_luminaire(world, e.luminaire);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
-                return;
+                return trial;
             }
             ledger.rays += 1;
             let Some(s) = world.closest(origin, dir, f32::INFINITY) else {
                 add(&mut ledger.escaped, flux);
-                return;
+                return trial;
             };
             let bsdf = world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            length += s.t;
-            let receives = bsdf.has_non_delta() || bsdf.is_black();
-            if let (0, true, true, Some((_, radius, _))) = (bounce, chain, receives, identity) {
-                records.push(Record {
-                    p: s.p,
-                    n: if s.is_front(s.wo) { s.ng } else { -s.ng },
-                    dir: s.wo,
-                    length,
-                    signature: signature.bits(0),
-                    radius,
-                    flux: flux.luminance(),
-                });
-            }
-            if receives {
+            let mut here = None;
+            if bsdf.has_non_delta() || bsdf.is_black() {
                 let bin = match (bounce, chain) {
                     (0, false) => Bin::Direct,
                     (0, true) => Bin::Caustic,
@@ -219,17 +314,22 @@ impl Deposits {
                 let place = map.locate(world, &s, [0.5, 0.5]);
                 self.deposit((place.zone * 2 + place.side) as usize, bin, flux);
                 add(&mut ledger.incident, flux);
+                trial.use_ += self.worth(&s, bin) * flux.luminance() * density / plain.max(f32::MIN_POSITIVE);
+                if bin != Bin::Direct {
+                    finds.arrival(&s, &source, bounce, flux.luminance());
+                }
+                here = Some(place);
             }
             let (u_lobe, u) = (numbers.uniform(next(1)), numbers.uniform2(next(1)));
             let sampled = bsdf.sample(wo, u_lobe, [u.u, u.v], Quantity::Flux);
             let Some(b) = sampled else {
                 add(&mut ledger.absorbed, flux);
-                return;
+                return trial;
             };
             let wi = s.frame.to_world(b.wi).normalize();
             if s.is_front(wi) != (b.wi.z > 0.0) {
                 add(&mut ledger.absorbed, flux);
-                return;
+                return trial;
             }
             // Shading normals are not symmetric: Veach's factor for adjoint scattering (1997, eq. 5.19).
             let (gi, go) = (s.ng.dot(wi).abs(), s.ng.dot(s.wo).abs());
@@ -242,22 +342,128 @@ impl Deposits {
             let survive = (scattered.luminance() / before).min(1.0);
             if survive < 1.0 && numbers.uniform(next(1)) >= survive {
                 add(&mut ledger.absorbed, flux);
-                return;
+                return trial;
             }
             let kept = scattered * (1.0 / survive.max(1e-30));
             add(&mut ledger.absorbed, flux - kept);
             flux = kept;
             if b.delta {
                 chain = true;
-                signature = signature.with(world.patch(&s)).with(b.transmitted as u64);
+                source.pass(world, &s, &bsdf, wo, b.transmitted);
             } else {
                 bounce += 1;
+                chain = false;
+                source = match here {
+                    Some(place) => self.zone_source(map, place.zone, place.side, b.transmitted, survive),
+                    None => Source::none(),
+                };
             }
             origin = s.leave(wi);
             dir = wi;
         }
         add(&mut ledger.truncated, flux);
+        trial
     }
+}
+
+/// The numbers that particle `i` starts from, before they are aimed: well spread over any prefix of the particles.
+fn starting_numbers(key: Key, i: u64) -> Start {
+    // Golden-ratio steps stratify the pick.
+    let pick = (key.uniform64(0) + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
+    let (index, block) = (i as u32, key.with(i >> 32));
+    let (p, d) = (sobol(index, block.with(1)), sobol(index, block.with(2)));
+    [pick.min(1.0 - f32::EPSILON / 2.0), p.u, p.v, d.u, d.v]
+}
+
+/// Where a particle last came from other than through mirrors and glass, and its chain since.
+struct Source {
+    /// Whether records of it are wanted.
+    known: bool,
+    signature: Key,
+    class: Key,
+    /// m.
+    radius: f32,
+    /// Radiance (luminance) times what the chain has left of it.
+    strength: f32,
+    /// Length of the chain (m) and of its last segment.
+    length: f32,
+    previous: f32,
+}
+
+impl Source {
+    fn none() -> Source {
+        Source {
+            known: false,
+            signature: Key::new(0),
+            class: Key::new(0),
+            radius: 0.0,
+            strength: 0.0,
+            length: 0.0,
+            previous: 0.0,
+        }
+    }
+
+    fn of_luminaire(world: &World, luminaire: u32) -> Source {
+        match world.luminaires.identity(&world.scene, luminaire) {
+            Some((name, radius, distance)) => Source {
+                known: true,
+                signature: Key::new(name as u64),
+                class: Key::new(name as u64),
+                radius,
+                strength: world.luminaires.mean_radiance(&world.scene, luminaire),
+                length: distance,
+                previous: distance,
+            },
+            None => Source::none(),
+        }
+    }
+
+    /// Go through the specular interface at `s`.
+    fn pass(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, wo: Vec3, transmitted: bool) {
+        if self.known {
+            self.length += s.t;
+            self.previous = s.t;
+            self.strength *= kept_by(bsdf, wo, transmitted);
+            self.signature = self.signature.with(world.patch(s)).with(transmitted as u64);
+            let shape = (s.group as u64) << 32 | s.shape as u64;
+            self.class = self.class.with(shape).with(transmitted as u64);
+        }
+    }
+}
+
+impl Finds {
+    /// An arrival at `s` of `flux` (luminance) from `source` after `bounce` scatterings.
+    fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let recorded = source.known && source.radius < LARGE * (s.t + source.length);
+        let weight = if recorded { RECORDED } else { 1.0 };
+        self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
+        if recorded {
+            let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
+            to.push(Record {
+                p: s.p,
+                n,
+                dir: s.wo,
+                reach: [s.t, s.t + source.previous],
+                length: s.t + source.length,
+                signature: source.signature.bits(0),
+                class: source.class.bits(0),
+                radius: source.radius,
+                flux,
+                strength: source.strength,
+            });
+        }
+    }
+}
+
+/// Part of the radiance that a specular interface sends the way a particle took.
+fn kept_by(bsdf: &Bsdf, wo: Vec3, transmitted: bool) -> f32 {
+    let branches = bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Flux)).flatten();
+    branches
+        .filter(|b| (b.wi.z * wo.z < 0.0) == transmitted)
+        .map(|b| b.weight.luminance())
+        .sum::<f32>()
+        .min(1.0)
 }
 
 #[inline]

@@ -149,7 +149,7 @@ pub fn statistics(n: u32, mut f: impl FnMut(u32) -> f64) -> (f64, f64) {
 
 /// Irradiance (green band) by path-continued gathers: `n` independent ones.
 pub fn path_irradiance(world: &World, p: [f32; 3], normal: [f32; 3], n: u32) -> (f64, f64) {
-    let walker = Walker { world, zones: None, max_depth: u32::MAX };
+    let walker = Walker::path(world);
     let normal = Vec3::from(normal).normalize();
     statistics(n, |i| {
         let mut sampler = Sampler::new(7, i as u64, 0);

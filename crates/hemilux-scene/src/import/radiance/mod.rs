@@ -7,8 +7,7 @@
 //!
 //! # What is approximate
 //!
-//! - Ward's Gaussian roughness σ becomes a GGX roughness α = σ: the same height of the peak, longer tails.
-//!   Anisotropic roughness becomes its geometric mean.
+//! - Anisotropic roughness becomes its geometric mean.
 //! - `cone` and `cup` are tessellated into [`surface::FACETS`] inscribed facets with smooth normals: radius within
 //!   3 parts in 10,000.
 //! - Skies become images of 1024 × 512 cells that hold exact cell means: irradiance is that of the sky to about 0.1 %,

@@ -1,0 +1,140 @@
+//! Refraction: Fresnel's formulae, panes, a lamp behind a slab and above water, a glass ball.
+
+use super::oracle::*;
+use super::*;
+use crate::bsdf::fresnel::{dielectric, mean_dielectric, mean_dielectric_internal};
+
+const UP: V3 = [0.0, 0.0, 1.0];
+
+pub(super) fn fresnel_values(page: &mut Page) {
+    for (degrees, truth) in [(0.0f64, 0.04), (45.0, 0.050240), (60.0, 0.089187), (80.0, 0.387704)] {
+        let value = dielectric(degrees.to_radians().cos() as f32, 1.5) as f64;
+        page.exact(&format!("Fresnel, index 1.5, {degrees} degrees"), value, truth, 1e-6);
+    }
+    for (eta, outer, inner) in
+        [(1.5f32, 0.091778, 0.596346), (1.33, 0.065931, 0.471949), (1.52, 0.094707, 0.608166)]
+    {
+        page.exact(
+            &format!("hemispherical, index {eta}, external"),
+            mean_dielectric(eta) as f64,
+            outer,
+            1e-6,
+        );
+        page.exact(
+            &format!("hemispherical, index {eta}, internal"),
+            mean_dielectric_internal(eta) as f64,
+            inner,
+            1e-6,
+        );
+        // The mean is also that of the values, by quadrature.
+        let cells = 20_000;
+        let at = |i: usize| (i as f64 + 0.5) / cells as f64;
+        let sum: f64 = (0..cells).map(|i| dielectric(at(i) as f32, eta) as f64 * 2.0 * at(i)).sum();
+        page.exact(&format!("hemispherical, index {eta}, by quadrature"), sum / cells as f64, outer, 2e-5);
+    }
+}
+
+/// A pane with all inner reflections, each polarisation by itself (Radiance's `glass` without absorption).
+pub(super) fn panes(page: &mut Page) {
+    let panel = quad("l", [-200.0, -200.0, 2.0], [0.0, 400.0, 0.0], [400.0, 0.0, 0.0]);
+    for (eta, degrees, truth) in [
+        (1.5, 0.0f64, 0.923077),
+        (1.5, 30.0, 0.920734),
+        (1.5, 45.0, 0.907344),
+        (1.5, 60.0, 0.848128),
+        (1.5, 70.0, 0.728712),
+        (1.52, 0.0, 0.918318),
+    ] {
+        let glass = quad("g", [-50.0, -50.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]);
+        let world = rad(&format!("void light l 0 0 3 1 1 1\n{panel}void glass g 0 0 4 1 1 1 {eta}\n{glass}"));
+        let a = degrees.to_radians();
+        let e = radiance(&world, [0.0, 0.0, -1.0], [a.sin(), 0.0, a.cos()], 65_536);
+        e.check(page, &format!("pane, index {eta}, {degrees} degrees"), truth, 0.98 * truth);
+    }
+}
+
+/// A lamp straight above a slab of thickness d: T times what it would give d (1 − 1/n) nearer.
+pub(super) fn a_slab_brings_the_lamp_nearer(page: &mut Page) {
+    let (d, n, h, r, intensity) = (0.3f64, 1.5f64, 1.5f64, 0.02f64, 10.0f64);
+    let l = intensity / (std::f64::consts::PI * r * r);
+    let world = rad(&format!(
+        "void light l 0 0 3 {l} {l} {l}\nl sphere lamp 0 0 4 0 0 {h} {r}\nvoid dielectric m 0 0 5 1 1 1 {n} 0\n\
+         !genbox m slab 4 4 {d} | xform -t -2 -2 .5\nvoid plastic b 0 0 5 0 0 0 0 0\n{}",
+        quad("b", [-0.3, -0.3, 0.0], [0.6, 0.0, 0.0], [0.0, 0.6, 0.0])
+    ));
+    let f = 0.04;
+    let t = (1.0 - f) / (1.0 + f);
+    let near = h - d * (1.0 - 1.0 / n);
+    let truth = t * intensity / (near * near);
+    let e = sensed_with_residuals(&world, [0.0, 0.0, 1e-4], UP, 4096, 1 << 20);
+    e.check(page, "slab above a sensor", truth, t * intensity / (h * h));
+}
+
+/// A lamp of 1 W/sr 2 m above water (1.33), sensors 1 m below its surface: E = I T sin θ1 / (x dx/dθ1).
+pub(super) fn under_water(page: &mut Page) {
+    let (r, intensity) = (0.02, 1.0);
+    let l = intensity / (std::f64::consts::PI * r * r);
+    for (x, truth) in [
+        (0.0, 0.129401974),
+        (0.734292, 0.118560534),
+        (1.560401, 0.090003936),
+        (2.627728, 0.053678832),
+        (4.322057, 0.021278462),
+    ] {
+        let world = rad(&format!(
+            "void light l 0 0 3 {l} {l} {l}\nl sphere lamp 0 0 4 0 0 2 {r}\nvoid dielectric w 0 0 5 1 1 1 1.33 0\n{}\
+             void plastic b 0 0 5 0 0 0 0 0\n{}",
+            quad("w", [-20.0, -20.0, 0.0], [40.0, 0.0, 0.0], [0.0, 40.0, 0.0]),
+            quad("b", [x - 0.3, -0.3, -1.0], [0.6, 0.0, 0.0], [0.0, 0.6, 0.0]),
+        ));
+        let e = sensed_with_residuals(&world, [x, 0.0, -1.0 + 1e-4], UP, 4096, 1 << 20);
+        e.check(page, &format!("under water, {x} m off"), truth, 1.03 * truth);
+    }
+}
+
+/// A glass ball of radius 1 in collimated light: the first passage, times (1 − F)², on the plane z = 3 behind it.
+pub(super) fn glass_ball(page: &mut Page) {
+    let half = 0.25f64.to_radians();
+    let l = 1.0 / (std::f64::consts::PI * half.sin().powi(2));
+    for (h, x, geometric, through) in [
+        (0.05, 0.050097, 0.992250, 0.921600),
+        (0.2, 0.206407, 0.882462, 0.921552),
+        (0.4, 0.456372, 0.599980, 0.920668),
+    ] {
+        // The light comes from below; the sensor at z = 3 faces it.
+        let world = rad(&format!(
+            "void light s 0 0 3 {l} {l} {l}\ns source sun 0 0 4 0 0 -1 .5\nvoid dielectric g 0 0 5 1 1 1 1.5 0\n\
+             g sphere ball 0 0 4 0 0 0 1\nvoid plastic b 0 0 5 0 0 0 0 0\n{}",
+            quad("b", [x - 0.1, -0.1, 3.0], [0.0, 0.2, 0.0], [0.2, 0.0, 0.0]),
+        ));
+        let e = sensed_with_residuals(&world, [x, 0.0, 3.0 - 1e-4], [0.0, 0.0, -1.0], 4096, 1 << 19);
+        let truth = geometric * through;
+        e.check(page, &format!("glass ball, offset {h}"), truth, geometric);
+    }
+    // What passes at the first go, of all that falls on the ball: the mean of (1 − F)² of each polarisation.
+    let cells = 100_000;
+    let sum: f64 = (0..cells)
+        .map(|i| {
+            let h2 = (i as f64 + 0.5) / cells as f64;
+            let (r, _) = fresnel((1.0 - h2).sqrt(), 1.5);
+            0.5 * ((1.0 - r[0]).powi(2) + (1.0 - r[1]).powi(2))
+        })
+        .sum();
+    page.form((sum / cells as f64 - 0.840611).abs() < 1e-5, "the glass ball's first passage by quadrature");
+    passage(page);
+}
+
+/// The same by tracing: shares of rays that leave the ball downstream by two refractions, with the program's own Fresnel
+/// term, which is the mean of the polarisations at each surface.
+fn passage(page: &mut Page) {
+    let cells = 100_000;
+    let (mut unpolarised, mut ours) = (0.0, 0.0);
+    for i in 0..cells {
+        let cos = (1.0 - (i as f64 + 0.5) / cells as f64).sqrt();
+        let (r, inner) = fresnel(cos, 1.5);
+        unpolarised += (1.0 - 0.5 * (r[0] + r[1])).powi(2) / cells as f64;
+        let (enter, leave) = (dielectric(cos as f32, 1.5) as f64, dielectric(inner as f32, 1.0 / 1.5) as f64);
+        ours += (1.0 - enter) * (1.0 - leave) / cells as f64;
+    }
+    page.exact("glass ball, first passage, unpolarised at each surface", ours, unpolarised, 1e-5);
+}

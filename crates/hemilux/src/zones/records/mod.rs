@@ -1,0 +1,416 @@
+//! Records of specular chains, and where they say virtual luminaires are: the predictor of the gather.
+//!
+//! A light particle that reaches a surface straight from a luminaire through mirrors and glass leaves a [`Record`]:
+//! where, from which direction, how far the chain's patches and the luminaire are along it, and the chain's *signature*
+//! (luminaire, smooth patches met, reflected or refracted). All records of a signature together tell where its image and
+//! the patches it is seen through lie; those near a point tell which signatures matter there, and how their direction
+//! changes with position where no fixed place explains them ([`model`]). A gather turns them into [`Cones`]. H. W. Jensen
+//! 1995 (importance from photons); P. Shirley and K. Chiu 1994, section 6 ("a good predictor").
+//!
+//! Records only steer: gathers weigh their samples by density, so a bad cone costs noise and never bias.
+
+mod cones;
+mod model;
+
+pub use cones::{Cones, MOST};
+
+use super::field::{facing, morton};
+use super::wire::{Node, is_tree, wire};
+use hemilux_scene::geom::Vec3;
+use hemiquad::map::{Dir, Map, Sphere, Uv};
+use model::{Linear, Signature};
+use rayon::prelude::*;
+
+/// One arrival through a specular chain.
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    /// Where (m).
+    pub p: Vec3,
+    /// Normal on the side of arrival, unit.
+    pub n: Vec3,
+    /// Unit direction back along the last segment.
+    pub dir: Vec3,
+    /// Distance along the chain to the patch met last and to the one before it (or the luminaire), m.
+    pub reach: [f32; 2],
+    /// Length of the chain (m).
+    pub length: f32,
+    /// Luminaire and smooth patches of the chain, hashed.
+    pub signature: u32,
+    /// Luminaire and shapes of the chain, hashed: signatures of one class have patches of like size.
+    pub class: u32,
+    /// Radius of the luminaire (m).
+    pub radius: f32,
+    /// Luminance of the flux.
+    pub flux: f32,
+    /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
+    pub strength: f32,
+}
+
+/// A signature that matters in a neighbourhood.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    /// Index into the signatures.
+    signature: u32,
+    /// Index of a regression where that is tightest, or [`NONE`].
+    linear: u32,
+    /// Which place is tightest around the leaf.
+    best: u8,
+    /// Which other place tells whether the image is seen: [`UNGATED`] if none does.
+    gate: u8,
+    /// Share of the neighbourhood's flux.
+    share: f32,
+}
+
+const NONE: u32 = u32::MAX;
+const UNGATED: u8 = 3;
+
+/// All candidates, found by place and facing.
+pub struct Records {
+    nodes: Vec<Node>,
+    /// Root per facing (±x, ±y, ±z), [`NONE`] where there is nothing.
+    roots: [u32; 6],
+    /// First candidate of each leaf, and one past the last.
+    first: Vec<u32>,
+    candidates: Vec<Candidate>,
+    signatures: Vec<Signature>,
+    linears: Vec<Linear>,
+    records: u64,
+}
+
+impl std::fmt::Debug for Records {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Records({} of {} signatures, {} candidates)",
+            self.records,
+            self.signatures.len(),
+            self.candidates.len()
+        )
+    }
+}
+
+/// Records in a leaf at most.
+const LEAF: usize = 128;
+/// Larger leaves, up to this, stay whole where they hold fewer than so many records of each signature: where many images
+/// are seen at once, a small leaf would know only some of them.
+const LARGEST: usize = 4096;
+const PER_SIGNATURE: usize = 4;
+/// A leaf learns from a box this much of its size larger on every side.
+const DILATE: f32 = 0.5;
+/// A record outside the leaf's own box counts this much.
+const OUTSIDE: f32 = 0.3;
+/// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
+pub const LARGE: f32 = 0.15;
+/// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
+/// mean signature's flux.
+const UNRECORDED: f32 = 0.25;
+
+wire!(Candidate { signature, linear, best, gate, share });
+wire!(Records { nodes, roots, first, candidates, signatures, linears, records });
+
+impl Default for Records {
+    fn default() -> Self {
+        Records {
+            nodes: Vec::new(),
+            roots: [NONE; 6],
+            first: vec![0],
+            candidates: Vec::new(),
+            signatures: Vec::new(),
+            linears: Vec::new(),
+            records: 0,
+        }
+    }
+}
+
+/// Number of signatures among records.
+fn distinct(records: &[Record]) -> usize {
+    let mut names: Vec<u32> = records.iter().map(|r| r.signature).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.len()
+}
+
+/// The records of a leaf while it is built.
+struct Group<'a> {
+    members: &'a [Record],
+    low: Vec3,
+    high: Vec3,
+}
+
+/// A finished leaf: candidates, and their regressions.
+type Found = Vec<(Candidate, Option<Linear>)>;
+
+impl Records {
+    /// Group the records. The result depends on `records` and their order alone.
+    pub fn new(mut records: Vec<Record>) -> Records {
+        let mut all = Records { records: records.len() as u64, ..Records::default() };
+        all.name_signatures(&mut records);
+        records.sort_by_key(|r| facing(r.n));
+        let mut rest = records.as_mut_slice();
+        let mut groups: Vec<Group> = Vec::new();
+        for side in 0..6 {
+            let count = rest.partition_point(|r| facing(r.n) <= side);
+            let (here, later) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = later;
+            if !here.is_empty() {
+                all.roots[side] = all.split(here, &mut groups);
+            }
+        }
+        let this = &all;
+        let found: Vec<Found> = (0..groups.len())
+            .into_par_iter()
+            .map_init(Vec::new, |near, i| this.leaf(&groups, i, near))
+            .collect();
+        for leaf in found {
+            for (mut candidate, linear) in leaf {
+                if let Some(linear) = linear {
+                    candidate.linear = all.linears.len() as u32;
+                    all.linears.push(linear);
+                }
+                all.candidates.push(candidate);
+            }
+            all.first.push(all.candidates.len() as u32);
+        }
+        all
+    }
+
+    /// Replace each record's signature by its index, and fit what each signature's records have in common.
+    fn name_signatures(&mut self, records: &mut [Record]) {
+        records.par_sort_by_key(|r| r.signature);
+        let groups: Vec<&mut [Record]> = records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
+        self.signatures = groups.par_iter().map(|g| Signature::fit(g)).collect();
+        model::fit_classes(&mut self.signatures, &groups);
+        groups
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
+    }
+
+    fn split<'a>(&mut self, here: &'a mut [Record], groups: &mut Vec<Group<'a>>) -> u32 {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for r in here.iter() {
+            (low, high) = (low.min(r.p), high.max(r.p));
+        }
+        let extent = high - low;
+        let axis = extent.max_position();
+        let small =
+            here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here);
+        if small || extent[axis] <= 0.0 {
+            groups.push(Group { members: here, low, high });
+            self.nodes.push(Node::Leaf(groups.len() as u32 - 1));
+            return self.nodes.len() as u32 - 1;
+        }
+        let middle = here.len() / 2;
+        here.select_nth_unstable_by(middle, |a, b| a.p[axis].total_cmp(&b.p[axis]));
+        let at = here[middle].p[axis];
+        let (left, right) = here.split_at_mut(middle);
+        let children = [self.split(left, groups), self.split(right, groups)];
+        self.nodes.push(Node::Split { axis: axis as u8, at, children });
+        self.nodes.len() as u32 - 1
+    }
+
+    /// Every leaf of the k-d tree below `node` that the box from `low` to `high` meets.
+    fn visit(&self, node: u32, low: Vec3, high: Vec3, f: &mut impl FnMut(u32)) {
+        match self.nodes[node as usize] {
+            Node::Leaf(leaf) => f(leaf),
+            Node::Split { axis, at, children } => {
+                if low[axis as usize] <= at {
+                    self.visit(children[0], low, high, f);
+                }
+                if high[axis as usize] >= at {
+                    self.visit(children[1], low, high, f);
+                }
+            }
+        }
+    }
+
+    /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it.
+    /// `near` is scratch space.
+    fn leaf(&self, groups: &[Group], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Found {
+        let Group { members, low, high } = groups[i];
+        let margin = Vec3::splat(DILATE * (high - low).max_element());
+        let (wide_low, wide_high) = (low - margin, high + margin);
+        let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
+        near.clear();
+        self.visit(self.roots[facing(members[0].n)], wide_low, wide_high, &mut |leaf| {
+            for (k, r) in groups[leaf as usize].members.iter().enumerate() {
+                if within(r.p, wide_low, wide_high) {
+                    near.push((r.signature, leaf, k as u32));
+                }
+            }
+        });
+        near.sort_unstable();
+        let record = |at: &(u32, u32, u32)| &groups[at.1 as usize].members[at.2 as usize];
+        let centre = (low + high) * 0.5;
+        let mut found: Found = Vec::new();
+        let mut group: Vec<Record> = Vec::new();
+        for names in near.chunk_by(|a, b| a.0 == b.0) {
+            let weight = |r: &Record| r.flux * if within(r.p, low, high) { 1.0 } else { OUTSIDE };
+            let share: f32 = names.iter().map(|at| weight(record(at))).sum();
+            let mut candidate = self.candidate(names[0].0, share, centre);
+            let place = self.signatures[names[0].0 as usize].places[candidate.best as usize].sin2(centre);
+            let first = record(&names[0]);
+            let seen = first.radius / first.length;
+            let mut linear = None;
+            // No regression where a fixed place says as much.
+            if place > 2.5 * seen * seen {
+                group.clear();
+                group.extend(names.iter().map(record));
+                linear = Linear::fit(&group).filter(|l| l.sin2 < 0.7 * place);
+                if linear.is_some() {
+                    candidate.gate = UNGATED;
+                }
+            }
+            found.push((candidate, linear));
+        }
+        self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
+        let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
+        found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
+        found.truncate(MOST);
+        let total: f32 = found.iter().map(|f| f.0.share).sum();
+        found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
+        // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
+        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0.signature));
+        found
+    }
+
+    /// A signature as seen from a leaf around `centre`.
+    fn candidate(&self, signature: u32, share: f32, centre: Vec3) -> Candidate {
+        let places = &self.signatures[signature as usize].places;
+        let sin2 = places.map(|p| p.sin2(centre));
+        let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
+        // Seen at the image: through the smaller patch. Seen at a patch: towards the image.
+        let gate = match best {
+            0 => {
+                if places[1].radius <= places[2].radius {
+                    1
+                } else {
+                    2
+                }
+            }
+            _ => 0,
+        };
+        let gate = if sin2[gate] < 0.5 { gate as u8 } else { UNGATED };
+        Candidate { signature, linear: NONE, best: best as u8, gate, share }
+    }
+
+    /// Add the signatures that the places of their images and patches make visible from around `centre`.
+    fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3) {
+        let share = UNRECORDED * found.iter().map(|f| f.0.share).sum::<f32>() / found.len().max(1) as f32;
+        let recorded = found.len();
+        for (name, signature) in self.signatures.iter().enumerate() {
+            let name = name as u32;
+            if signature.is_visible_from(centre, radius, n)
+                && found[..recorded].binary_search_by_key(&name, |f| f.0.signature).is_err()
+            {
+                found.push((self.candidate(name, share, centre), None));
+            }
+        }
+    }
+
+    /// Where along a Morton curve of directions (the sphere's square) a candidate is seen from `x`.
+    fn direction_code(&self, f: &(Candidate, Option<Linear>), x: Vec3) -> u32 {
+        let d = match &f.1 {
+            Some(linear) => linear.dir(x),
+            None => {
+                let place = self.signatures[f.0.signature as usize].places[f.0.best as usize];
+                (place.centre - x).normalize_or(Vec3::Z)
+            }
+        };
+        let uv: Uv<f32> = Sphere.uv(Dir::from_unit(d.x, d.y, d.z)).unwrap_or_default();
+        let q = |v: f32| (v * 65536.0).clamp(0.0, 65535.0) as u32;
+        morton(q(uv.u), q(uv.v))
+    }
+
+    /// Whether every look-up ends and stays within its lists.
+    pub(super) fn is_sound(&self) -> bool {
+        let known = |c: &Candidate| {
+            (c.signature as usize) < self.signatures.len()
+                && (c.linear == NONE || (c.linear as usize) < self.linears.len())
+                && c.best < 3
+                && c.gate <= UNGATED
+        };
+        !self.first.is_empty()
+            && is_tree(&self.nodes, &self.roots, self.first.len() - 1)
+            && self.first.is_sorted()
+            && self.first.last().is_some_and(|l| *l as usize == self.candidates.len())
+            && self.candidates.iter().all(known)
+    }
+
+    /// Number of records behind the candidates.
+    pub fn len(&self) -> u64 {
+        self.records
+    }
+
+    /// Whether there is nothing to find.
+    pub fn is_empty(&self) -> bool {
+        self.candidates.is_empty()
+    }
+
+    /// Bytes in use.
+    pub fn memory_bytes(&self) -> usize {
+        self.nodes.len() * size_of::<Node>()
+            + self.candidates.len() * size_of::<Candidate>()
+            + self.signatures.len() * size_of::<Signature>()
+            + self.linears.len() * size_of::<Linear>()
+    }
+
+    /// The candidates near `p` on a surface that faces `n`.
+    fn near(&self, p: Vec3, n: Vec3) -> &[Candidate] {
+        let mut node = self.roots[facing(n)];
+        while let Some(Node::Split { axis, at, children }) = self.nodes.get(node as usize) {
+            node = children[(p[*axis as usize] >= *at) as usize];
+        }
+        match self.nodes.get(node as usize) {
+            Some(Node::Leaf(leaf)) => {
+                let leaf = *leaf as usize;
+                &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize]
+            }
+            _ => &[],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hemiquad::points::{Key, sobol};
+
+    /// Records on the floor of a luminaire's image, as a flat mirror throws them.
+    fn flat(image: Vec3, spread: f32, n: u32) -> Vec<Record> {
+        (0..n)
+            .map(|i| {
+                let u = sobol(i, Key::new(4));
+                let p = Vec3::new((u.u - 0.5) * spread, (u.v - 0.5) * spread, 0.0);
+                let to = image - p;
+                Record {
+                    p,
+                    n: Vec3::Z,
+                    dir: to.normalize(),
+                    reach: [0.5 * to.length(), to.length()],
+                    length: to.length(),
+                    signature: 7,
+                    class: 7,
+                    radius: 0.002,
+                    flux: 1.0,
+                    strength: 1.0,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_image_of_a_flat_mirror_is_found_from_anywhere_near() {
+        let image = Vec3::new(1.0, 0.4, 2.0);
+        for n in [1, 3, 20, 200] {
+            let records = Records::new(flat(image, 0.2, n));
+            for x in [Vec3::ZERO, Vec3::new(0.08, -0.05, 0.0)] {
+                let cones = Cones::new(&records, x, Vec3::Z);
+                let to = (image - x).normalize();
+                assert!(cones.len() == 1 && cones.density(to) > 0.0, "{n} records at {x}");
+                let w = cones.sample(0.5, [0.3, 0.8]);
+                assert!((w - to).length() < 2.0 * 0.002 / image.length(), "tight: {w} against {to}");
+            }
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Where an image is seen: what the records of one signature have in common, anywhere and in one neighbourhood.
+//!
+//! A virtual luminaire is seen *at* its image and *through* the patches of its chain (the image method of H. Rushmeier and
+//! K. Torrance 1990, with both found from records instead of geometry). Where a chain consists of flat mirrors, the image
+//! and the mirrored patches lie at fixed places, whoever looks; then a [`Place`] is exact. Flat refraction and distant
+//! luminaires come close. Where the chain is curved, no place explains the records, and the direction is regressed on the
+//! position instead ([`Linear`]): the slope is the curvature of the wave front, learnt instead of computed.
+
+use super::Record;
+use crate::zones::wire::wire;
+use hemilux_scene::geom::{Frame, Vec3};
+use std::collections::HashMap;
+
+/// A ball that the ray to an image goes through.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// m.
+    pub centre: Vec3,
+    /// m; infinite where nothing is known.
+    pub radius: f32,
+}
+
+wire!(Place { centre, radius });
+wire!(Window { axes });
+wire!(Signature { places, windows, strength });
+wire!(Linear { p, frame, slope, sin2 });
+
+impl Place {
+    const ANYWHERE: Place = Place { centre: Vec3::ZERO, radius: f32::INFINITY };
+
+    /// Around the points at distance `reach` along the records; `known` is the radius that records come from, if known.
+    fn fit(records: &[Record], reach: impl Fn(&Record) -> f32, known: Option<f32>) -> Place {
+        let n = records.len() as f32;
+        let point = |r: &Record| r.p + r.dir * reach(r);
+        let centre = records.iter().map(point).sum::<Vec3>() / n;
+        let spread = records.iter().map(|r| (point(r) - centre).length_squared()).fold(0.0, f32::max).sqrt();
+        // Few points do not show the extent of what they come from.
+        let shown = spread * (1.0 + 2.0 / n);
+        let radius = match known {
+            // As large as the luminaire if that explains what is seen; the mean of few points is off its centre.
+            Some(known) if shown <= 1.5 * known => known * (1.05 + 1.0 / n.sqrt()).min(1.6),
+            Some(known) => shown.max(known),
+            None if records.len() < 4 => return Place::ANYWHERE,
+            None => shown * 1.05,
+        };
+        if centre.is_finite() { Place { centre, radius } } else { Place::ANYWHERE }
+    }
+
+    /// Squared sine of the half-angle at which it is seen from `x`; 1 from inside and where nothing is known.
+    #[inline]
+    pub fn sin2(&self, x: Vec3) -> f32 {
+        let s = self.radius * self.radius / (self.centre - x).length_squared();
+        if s < 1.0 { s } else { 1.0 }
+    }
+}
+
+/// The rectangle that a patch fills, around the centre of its [`Place`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    /// Unit axes and half-lengths (m).
+    axes: [(Vec3, f32); 2],
+}
+
+impl Window {
+    /// The smallest rectangle, of a few turns, around `points` (relative to their mean) in the plane they spread over most.
+    fn fit(points: &[Vec3]) -> Option<Window> {
+        let longest = |f: &dyn Fn(Vec3) -> Vec3| {
+            points.iter().map(|p| f(*p)).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+        };
+        let a = longest(&|p| p)?.try_normalize()?;
+        let b = longest(&|p| p - a * a.dot(p))?.try_normalize()?;
+        let margin = 1.0 + 2.0 / points.len() as f32;
+        let turned = |i: u32| {
+            let (s, c) = (i as f32 * std::f32::consts::FRAC_PI_2 / TURNS as f32).sin_cos();
+            let axes = [a * c + b * s, b * c - a * s];
+            axes.map(|u| (u, margin * points.iter().map(|p| p.dot(u).abs()).fold(0.0, f32::max)))
+        };
+        (0..TURNS)
+            .map(turned)
+            .min_by(|x, y| (x[0].1 * x[1].1).total_cmp(&(y[0].1 * y[1].1)))
+            .map(|axes| Window { axes })
+    }
+
+    /// Whether a ray that passes the centre at `offset` goes through, give or take `blur` (m).
+    #[inline]
+    pub fn passes(&self, offset: Vec3, blur: f32) -> bool {
+        self.axes.iter().all(|(u, half)| u.dot(offset).abs() <= half + blur)
+    }
+}
+
+/// Turns that are tried for a window.
+const TURNS: u32 = 12;
+
+/// What the records of one signature have in common wherever they lie.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Signature {
+    /// The image; then the last patch of the chain, and the one before as seen through it.
+    pub places: [Place; 3],
+    /// The patches' rectangles, where there are records enough.
+    pub windows: [Option<Window>; 2],
+    /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
+    pub strength: f32,
+}
+
+/// Records from which on a signature shows the size of its patches.
+const SHOWN: usize = 8;
+
+/// Give the signatures of few records patches of the size that others of their class have.
+pub(super) fn fit_classes(signatures: &mut [Signature], groups: &[&mut [Record]]) {
+    let mut sizes: HashMap<u32, [Vec<f32>; 2]> = HashMap::new();
+    for (signature, group) in signatures.iter().zip(groups) {
+        if group.len() >= SHOWN {
+            let class = sizes.entry(group[0].class).or_default();
+            (0..2).for_each(|k| class[k].push(signature.places[k + 1].radius));
+        }
+    }
+    for class in sizes.values_mut().flatten() {
+        class.sort_by(f32::total_cmp);
+    }
+    for (signature, group) in signatures.iter_mut().zip(groups) {
+        let Some(class) = sizes.get(&group[0].class).filter(|_| group.len() < SHOWN) else { continue };
+        for k in 0..2 {
+            // The upper quartile; the centre of few points is uncertain by as much again over their root.
+            let typical = class[k][class[k].len() * 3 / 4] * (1.0 + 1.0 / (group.len() as f32).sqrt());
+            let n = group.len() as f32;
+            let centre = group.iter().map(|r| r.p + r.dir * r.reach[k]).sum::<Vec3>() / n;
+            let place = &mut signature.places[k + 1];
+            if typical < place.radius || !place.radius.is_finite() {
+                *place = Place { centre, radius: typical };
+            }
+        }
+    }
+}
+
+impl Signature {
+    /// Whether it is known where the image is and what limits it.
+    pub fn is_known(&self) -> bool {
+        self.places.iter().all(|p| p.radius.is_finite())
+    }
+
+    /// Whether image and patches are known well enough to tell that the image is seen from somewhere within `radius` of
+    /// `x` on a surface that faces unit `n`.
+    pub fn is_visible_from(&self, x: Vec3, radius: f32, n: Vec3) -> bool {
+        let [image, last, before] = &self.places;
+        let window = if last.radius <= before.radius { last } else { before };
+        let (to_image, to_window) = (image.centre - x, window.centre - x);
+        let (far, near) = (to_image.length(), to_window.length());
+        // Beyond the window, and neither so wide that it could be anywhere.
+        if !(near > 4.0 * (window.radius + radius) && far > 4.0 * (image.radius + radius) && far > near) {
+            return false;
+        }
+        let to_window = to_window / near;
+        if to_window.dot(n) <= 0.0 {
+            return false;
+        }
+        let apart = (to_image / far - to_window).length();
+        apart < (window.radius + radius) / near + (image.radius + radius) / far
+    }
+
+    pub fn fit(records: &[Record]) -> Signature {
+        let n = records.len() as f32;
+        let patches = [0, 1].map(|k: usize| Place::fit(records, |r| r.reach[k], None));
+        let window = |k: usize| {
+            let points: Vec<Vec3> =
+                records.iter().map(|r| r.p + r.dir * r.reach[k] - patches[k].centre).collect();
+            if records.len() >= SHOWN { Window::fit(&points) } else { None }
+        };
+        Signature {
+            windows: [window(0), window(1)],
+            places: [Place::fit(records, |r| r.length, Some(records[0].radius)), patches[0], patches[1]],
+            strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
+        }
+    }
+}
+
+/// Direction linear in position.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linear {
+    /// Mean position (m).
+    p: Vec3,
+    /// Around the mean direction.
+    frame: Frame,
+    slope: [[f32; 2]; 2],
+    /// Squared sine of the half-angle that holds what the slope leaves.
+    pub sin2: f32,
+}
+
+/// Records that a regression needs.
+const ENOUGH: usize = 8;
+/// A cone reaches this many root mean squares (per axis) of what a regression leaves: 2 would be the edge of an even disk.
+const REACH: f32 = 2.8;
+
+impl Linear {
+    /// The regression of `group`, if it is large enough and spread out.
+    pub fn fit(group: &[Record]) -> Option<Linear> {
+        if group.len() < ENOUGH {
+            return None;
+        }
+        let count = group.len() as f32;
+        let p = group.iter().map(|r| r.p).sum::<Vec3>() / count;
+        let frame = Frame::from_normal(group.iter().map(|r| r.dir).sum::<Vec3>().try_normalize()?);
+        let plane = |v: Vec3| [frame.s.dot(v), frame.t.dot(v)];
+        let slope = regress(group, p, &plane)?;
+        let off = |r: &Record| {
+            let (x, d) = (plane(r.p - p), plane(r.dir));
+            (0..2).map(|i| (d[i] - slope[i][0] * x[0] - slope[i][1] * x[1]).powi(2)).sum::<f32>()
+        };
+        let variance = 0.5 * group.iter().map(off).sum::<f32>() / (count - 3.0);
+        // The residual itself is uncertain: wider where records are few.
+        let angle = REACH * variance.sqrt() * (1.0 + 1.5 / (count - 3.0).sqrt());
+        Some(Linear { p, frame, slope, sin2: (angle * angle).min(1.0) })
+    }
+
+    /// The direction at `x`, unit.
+    #[inline]
+    pub fn dir(&self, x: Vec3) -> Vec3 {
+        let d = x - self.p;
+        let (u, v) = (self.frame.s.dot(d), self.frame.t.dot(d));
+        let a = self.slope[0][0] * u + self.slope[0][1] * v;
+        let b = self.slope[1][0] * u + self.slope[1][1] * v;
+        (self.frame.n + self.frame.s * a + self.frame.t * b).normalize()
+    }
+}
+
+/// Least squares: the 2 × 2 matrix that carries tangential displacement to change of direction.
+fn regress(group: &[Record], p: Vec3, plane: &impl Fn(Vec3) -> [f32; 2]) -> Option<[[f32; 2]; 2]> {
+    let (mut xx, mut dx) = ([[0f64; 2]; 2], [[0f64; 2]; 2]);
+    for r in group {
+        let (x, d) = (plane(r.p - p), plane(r.dir));
+        for i in 0..2 {
+            for j in 0..2 {
+                xx[i][j] += x[i] as f64 * x[j] as f64;
+                dx[i][j] += d[i] as f64 * x[j] as f64;
+            }
+        }
+    }
+    let determinant = xx[0][0] * xx[1][1] - xx[0][1] * xx[1][0];
+    if determinant <= 1e-6 * (xx[0][0] + xx[1][1]).powi(2) {
+        return None;
+    }
+    let inverse = [
+        [xx[1][1] / determinant, -xx[0][1] / determinant],
+        [-xx[1][0] / determinant, xx[0][0] / determinant],
+    ];
+    Some(
+        [0, 1].map(|i: usize| {
+            [0, 1].map(|j: usize| (dx[i][0] * inverse[0][j] + dx[i][1] * inverse[1][j]) as f32)
+        }),
+    )
+}
