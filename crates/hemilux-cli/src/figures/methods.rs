@@ -140,8 +140,8 @@ fn panels(instance: &Instance) -> Vec<Panel> {
                 }),
             )
         },
-        Panel { scale: 0.0, ..plain("shrinking luminaires", "biased", Box::new(Shrinking::default())) },
-        plain("two stages", "fresh samples; unbiased", Box::new(TwoStage::default())),
+        Panel { scale: 0.0, ..plain("shrinking luminaires", "biased", Box::<Shrinking>::default()) },
+        plain("two stages", "fresh samples; unbiased", Box::<TwoStage>::default()),
         Panel {
             regions: wide.to_vec(),
             ..plain(
