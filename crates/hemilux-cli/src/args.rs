@@ -1,5 +1,7 @@
 //! What can be typed. Defaults that depend on something else are resolved in [`crate::plan`].
 
+use crate::figures::FiguresArgs;
+use crate::probe::ProbeArgs;
 use crate::talk::Talk;
 use crate::values::{self, Crop, Depth, Exposure, Passes, Share, Size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -55,6 +57,10 @@ pub enum Verb {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "RTRACE WORDS")]
         words: Vec<String>,
     },
+    /// Lay open the hemisphere at one point: what arrives, where strategies look, what they make of it
+    Probe(Box<ProbeArgs>),
+    /// Draw the figures of Shirley and Chiu's report
+    Figures(FiguresArgs),
     /// Compute every closed form of the validation list and write a page of verdicts
     Validate(ValidateArgs),
     /// Say what a scene or a picture holds
@@ -79,6 +85,8 @@ impl Verb {
             Verb::Merge(a) => a.talk,
             Verb::Zones(a) => a.talk,
             Verb::Sense(a) => a.talk,
+            Verb::Probe(a) => a.talk,
+            Verb::Figures(a) => a.talk,
             Verb::Validate(a) => a.talk,
             Verb::Info(a) => a.talk,
             Verb::Check(a) => a.talk,
@@ -148,8 +156,11 @@ pub struct RenderArgs {
     /// What is computed: zonal (gathering; biased by the zones), corrected (the same without the bias), path (unbiased reference), zones (the zonal solution)
     #[arg(long, value_name = "MODE", default_value = "zonal", value_parser = named(&Mode::ALL))]
     pub mode: Mode,
-    /// How the strata of a gather are chosen: jittered, sobol
-    #[arg(long, value_name = "NAME", default_value = name_of(&Strategy::ALL, Strategy::default()), value_parser = named(&Strategy::ALL))]
+    /// How the strata of a gather are chosen. Unbiased: jittered, sobol; over the whole hemisphere at once: uniform, luminaires,
+    /// regions, two-stage. Biased: luminaires:ward, and the report's one-stage methods, report1994:voronoi,
+    /// report1994:subdivision:contrast, report1994:subdivision:value, report1994:triangles, report1994:delaunay,
+    /// report1994:enlarged:K, report1994:shrinking; these want 64 gather rays and more
+    #[arg(long, value_name = "NAME", default_value = name_of(&Strategy::ALL, Strategy::default()), value_parser = values::strategy)]
     pub strategy: Strategy,
     /// Picture size instead of the scene's
     #[arg(long, value_name = "WxH")]

@@ -9,7 +9,9 @@ mod check;
 mod checkpoint;
 mod completions;
 mod defaults;
+mod draw;
 mod failure;
+mod figures;
 mod image;
 mod info;
 mod interrupt;
@@ -19,6 +21,7 @@ mod merge;
 mod output;
 mod pilot;
 mod plan;
+mod probe;
 mod progress;
 mod radiance;
 mod render;
@@ -71,6 +74,8 @@ fn dispatch(cli: Cli, begin: Instant) -> Result<(), Failure> {
         Verb::Zones(args) => zones::run(args, begin),
         Verb::Rtrace { words } => rtrace::run(&words),
         Verb::Sense(args) => sense::run(args, begin),
+        Verb::Probe(args) => probe::run(*args),
+        Verb::Figures(args) => figures::run(args),
         Verb::Info(args) => info::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Image(verb) => image::run(verb),

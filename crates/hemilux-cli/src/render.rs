@@ -12,10 +12,10 @@ use crate::values::Size;
 use crate::{load, machine, pilot, radiance, report};
 use hemilux::checkpoint::{FilmFile, FilmFileError, Origin, Source, ZoneSource};
 use hemilux::film::Film;
-use hemilux::gather::Strategy;
 use hemilux::picture;
 use hemilux::render::{DEFAULT_SHARE, Mode, Renderer};
 use hemilux::residual::Study;
+use hemilux::strategies;
 use hemilux::transport::Residual;
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
@@ -67,6 +67,13 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     }
     if plan.options.mode != Mode::Path && args.max_depth.is_some() {
         talk.warning("--max-depth is only used in mode path");
+    }
+
+    if matches!(plan.options.mode, Mode::Zonal | Mode::Corrected) && strategies::is_biased(args.strategy) {
+        talk.warning(&format!(
+            "strategy {} is biased: errors do not all average out",
+            strategies::name(args.strategy)
+        ));
     }
 
     interrupt.arm();
@@ -417,6 +424,15 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    fn is_unbiased(&self) -> bool {
+        let options = &self.plan.options;
+        match options.mode {
+            Mode::Path => true,
+            Mode::Corrected => !strategies::is_biased(options.plan.strategy),
+            Mode::Zonal | Mode::Zones => false,
+        }
+    }
+
     /// What a film file says of itself: what does not depend on how far the run is.
     fn notes(&self) -> Vec<(String, String)> {
         const OF_THE_RUN: [&str; 6] =
@@ -460,7 +476,9 @@ impl Run<'_> {
             put("zonal_bias", format!("{:.5} with standard error {:.5}", study.bias, study.bias_error));
         }
         if matches!(options.mode, Mode::Zonal | Mode::Corrected) {
-            put("strategy", name_of(&Strategy::ALL, options.plan.strategy).into());
+            let strategy = options.plan.strategy;
+            let biased = if strategies::is_biased(strategy) { " (biased)" } else { "" };
+            put("strategy", format!("{}{biased}", strategies::name(strategy)));
             put("gather_rays", options.plan.rays.to_string());
             put("shadow_rays", options.plan.shadow_rays.to_string());
         }
@@ -514,7 +532,7 @@ impl Run<'_> {
             "command": command_line(),
             "scene": self.args.scene.scenes.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
             "scene_hash": format!("{:016x}", self.world.scene.content_hash),
-            "mode": name_of(&Mode::ALL, options.mode), "unbiased": matches!(options.mode, Mode::Path | Mode::Corrected),
+            "mode": name_of(&Mode::ALL, options.mode), "unbiased": self.is_unbiased(),
             "seed": options.seed,
             "noise": report::noise(film),
             "zones": zones, "zonal_bias": bias,

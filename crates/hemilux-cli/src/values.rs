@@ -1,5 +1,8 @@
 //! The words of the command line that are more than a number or a name.
 
+use hemilux::gather::Strategy;
+use hemilux::strategies;
+use hemilux_scene::geom::Vec3;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -111,6 +114,51 @@ impl FromStr for Exposure {
     }
 }
 
+/// A pixel, column and row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel(pub [u32; 2]);
+
+impl FromStr for Pixel {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Pixel, String> {
+        let number = |t: &str| t.trim().parse::<u32>().ok();
+        let pair = text.split_once(',').and_then(|(x, y)| Some([number(x)?, number(y)?]));
+        pair.map(Pixel).ok_or_else(|| format!("{text:?} is no pixel such as 320,240"))
+    }
+}
+
+/// A receiver: position and unit normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    pub position: Vec3,
+    pub normal: Vec3,
+}
+
+impl FromStr for Point {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Point, String> {
+        let words: Vec<f32> = text
+            .split([' ', '\t', ',', ';'])
+            .filter(|w| !w.is_empty())
+            .map(|w| w.parse().ok().filter(|v: &f32| v.is_finite()))
+            .collect::<Option<_>>()
+            .ok_or_else(|| format!("{text:?} is not six numbers: x y z nx ny nz"))?;
+        let [x, y, z, nx, ny, nz]: [f32; 6] =
+            words.try_into().map_err(|_| format!("{text:?} is not six numbers: x y z nx ny nz"))?;
+        let normal = Vec3::new(nx, ny, nz).as_dvec3().try_normalize().ok_or("the normal has no length")?;
+        Ok(Point { position: Vec3::new(x, y, z), normal: normal.as_vec3() })
+    }
+}
+
+/// A strategy of the gather.
+pub fn strategy(text: &str) -> Result<Strategy, String> {
+    strategies::parse(text).ok_or_else(|| {
+        let plain = Strategy::ALL.iter().map(|n| n.0);
+        let names: Vec<&str> = plain.chain(strategies::NAMES.iter().map(|n| n.0)).collect();
+        format!("{text:?} is none of {}, report1994:enlarged:K", names.join(", "))
+    })
+}
+
 /// A positive finite number.
 pub fn positive(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
@@ -176,6 +224,19 @@ mod tests {
         assert_eq!(("auto".parse(), "-1.5".parse()), (Ok(Exposure::Auto), Ok(Exposure::Stops(-1.5))));
         assert!("nan".parse::<Exposure>().is_err());
         assert_eq!(["7", "500k", "4M", "2e6"].map(|t| count(t).unwrap()), [7, 500_000, 4_000_000, 2_000_000]);
+        assert_eq!("3,4".parse(), Ok(Pixel([3, 4])));
+        assert!("3".parse::<Pixel>().is_err() && "-1,2".parse::<Pixel>().is_err());
+        assert_eq!("1 2 3 0 0 2".parse(), Ok(Point { position: Vec3::new(1.0, 2.0, 3.0), normal: Vec3::Z }));
+        for bad in ["1 2 3", "1 2 3 0 0 0", "1 2 nan 0 0 1", "a b c d e f", ""] {
+            assert!(bad.parse::<Point>().is_err(), "{bad}");
+        }
+        for name in ["sobol", "regions", "report1994:voronoi", "report1994:enlarged:20"] {
+            assert_eq!(strategy(name).map(strategies::name), Ok(name.to_string()));
+        }
+        for bad in ["", "voronoi", "report1994:enlarged:", "report1994:enlarged:0", "report1994:enlarged:1.5"]
+        {
+            assert!(strategy(bad).is_err(), "{bad}");
+        }
         assert!(count("0").is_err() && count("-1").is_err() && count("1e30").is_err() && count("").is_err());
     }
 }

@@ -10,6 +10,7 @@
 
 use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
+use crate::strategies::{self, Report};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
 use crate::world::luminaire::Receiver;
@@ -31,6 +32,8 @@ pub enum Strategy {
     /// around virtual luminaires and bright zones ([`crate::zones::records`]). Unbiased.
     #[default]
     Adaptive,
+    /// One of the report's methods for diffuse reflection, `Sobol` for everything else.
+    Report(Report),
 }
 
 impl Strategy {
@@ -118,6 +121,9 @@ pub fn gather(
     sampler: &mut Sampler,
     tally: &mut Tally,
 ) -> Rgb {
+    if let Strategy::Report(method) = plan.strategy {
+        return strategies::gather(walker, s, bsdf, plan, method, sampler, tally);
+    }
     let wo = s.frame.to_local(s.wo);
     let steer = walker.guide().filter(|_| plan.strategy == Strategy::Adaptive);
     let broad = Broad::new(steer, s, bsdf, wo, plan.rays);

@@ -19,6 +19,7 @@ pub mod residual;
 pub mod sampler;
 pub mod sense;
 pub mod sensor;
+pub mod strategies;
 pub mod transport;
 pub mod validate;
 pub mod world;

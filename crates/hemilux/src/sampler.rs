@@ -104,6 +104,14 @@ impl Sampler {
         }
     }
 
+    /// An address below this sample for whoever makes points of their own.
+    #[inline]
+    pub fn key(&mut self) -> Key {
+        let d = self.dimension;
+        self.dimension += 1;
+        self.sample.with(d as u64)
+    }
+
     /// An independent stream below this sample, for the `i`-th gather ray.
     #[inline]
     pub fn branch(&self, i: u32) -> Sampler {

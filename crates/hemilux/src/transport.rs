@@ -88,6 +88,8 @@ pub enum Arrival {
     },
     /// Not at all: something else has it already.
     None,
+    /// Not at all, nor at the end of a specular chain.
+    Unlit,
 }
 
 /// The power heuristic (β = 2) for `a` = count × density of the way taken, `b` of the other.
@@ -252,7 +254,7 @@ impl<'a> Walker<'a> {
             depth += 1;
             if next.delta {
                 in_chain = true;
-                arrival = Arrival::Full;
+                arrival = if let Arrival::Unlit = arrival { arrival } else { Arrival::Full };
             } else {
                 arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
                 in_chain = false;
@@ -282,7 +284,7 @@ impl<'a> Walker<'a> {
             sum += radiance
                 * match arrival {
                     Arrival::Full => 1.0,
-                    Arrival::None => 0.0,
+                    Arrival::None | Arrival::Unlit => 0.0,
                     Arrival::Shared { from, rays, samples } => {
                         let other = self.world.luminaires.sky_pdf(&self.world.scene, i, &from, dir);
                         power_heuristic(rays, samples * other)
@@ -304,7 +306,7 @@ impl<'a> Walker<'a> {
         }
         match arrival {
             Arrival::Full => radiance,
-            Arrival::None => Rgb::BLACK,
+            Arrival::None | Arrival::Unlit => Rgb::BLACK,
             Arrival::Shared { from, rays, samples } => {
                 let distance = (s.p - from.p).length();
                 let other = luminaires.pdf_solid_angle(s.luminaire, &from, -s.wo, distance, s.ng);

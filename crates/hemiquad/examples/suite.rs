@@ -39,22 +39,23 @@ fn trained(i: &Instance, n: u32, key: Key, work: &mut Workspace<f64>) -> Trained
     t.start(3);
     let wide = inflated(i, key);
     let mut seen = Vec::new();
-    {
+    let first = {
         let mut record = |p: &hemiquad::Probe| {
             let v = (i.function)(p);
             seen.push((p.uv, v));
             v
         };
-        let _ = Predicted { broad: 0.5, ..Predicted::from_regions(&wide) }.integrate(
+        Predicted { broad: 0.5, ..Predicted::from_regions(&wide) }.integrate(
             &mut record,
             8 * n,
             key.with(99),
             work,
-        );
-    }
+        )
+    };
     for (uv, v) in seen {
         t.add(uv, v);
     }
+    t.witness(first.value, first.std_error.unwrap_or_default());
     t.refine(n, 4);
     t.finish(Default::default());
     for round in 0..2 {

@@ -19,6 +19,10 @@ impl Evaluations {
     }
 }
 
+/// How many times what an interval allows an independent look may have seen before the interval is taken to be wrong. The price of
+/// a false alarm is width, in at most one of so many runs.
+pub const SURPRISE: f64 = 4.0;
+
 /// An integral over the unit square with everything that is known of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
@@ -63,6 +67,27 @@ impl<V: Value> Estimate<V> {
     /// Half-width of the 95 % interval (Student's), channel by channel.
     pub fn half_width_95(&self) -> Option<V> {
         self.std_error.map(|e| e.times(student_975(self.degrees_of_freedom)))
+    }
+
+    /// Widens the interval where what `witness` saw of the same integral contradicts it: another estimate, unbiased and from
+    /// samples that this one does not hold (value and standard error), of an integrand that is nowhere negative.
+    ///
+    /// By Markov's inequality a sum of nonnegative values exceeds [`SURPRISE`] times its mean with probability 1/[`SURPRISE`]
+    /// at most, whatever the integrand. A witness that saw more than that many times the upper end of the interval therefore
+    /// says that the fresh samples missed something: one hit on a thin ring is no surprise if the ring is long, and a great one if
+    /// only the spot around it is lit. The interval then reaches as far as the witness' own; the value stays as it is, unbiased.
+    pub(crate) fn heard(mut self, witness: Option<(V, V)>) -> Self {
+        let Some((seen, doubt)) = witness else { return self };
+        let half = self.half_width_95().unwrap_or_default();
+        let upper = self.value.drive() + half.drive();
+        // A control variate can bring the value below zero, which contradicts even more.
+        if seen.drive() > SURPRISE * upper.max(0.0) {
+            let normal = student_975(f64::INFINITY);
+            let apart = seen.zip(self.value, |s, v| (s - v).abs() / normal).plus(doubt);
+            self.std_error = Some(apart.zip(half, |a, h| a.max(h / normal)));
+            self.degrees_of_freedom = f64::INFINITY;
+        }
+        self
     }
 
     /// Half-angle, in radians, of the largest cap of directions that may hold no evaluation, when the square stands for the

@@ -55,7 +55,7 @@ pub mod suite;
 mod value;
 
 pub use criterion::{CellView, Criterion, Weighted};
-pub use estimate::{Estimate, Evaluations, student_975};
+pub use estimate::{Estimate, Evaluations, SURPRISE, student_975};
 pub use integrand::{Batch, Integrand, Probe, Size, Stage, over_directions};
 pub use map::{Dir, Map, Uv};
 pub use method::{Method, Region, Workspace};

@@ -488,3 +488,81 @@ fn the_same_key_gives_the_same_bits_whatever_came_before() {
         assert_eq!(fresh, again, "{}", m.name());
     }
 }
+
+#[test]
+fn an_interval_yields_to_what_the_training_saw() {
+    // A ring as thin as a hair: of 8192 training samples about one hits it, and what is learnt is a small bright spot.
+    let ring = |c: Uv<f64>| move |p: Uv<f64>| f64::from(((p.u - c.u).hypot(p.v - c.v) - 0.3).abs() < 3.2e-5);
+    let ring_area = 2.0 * std::f64::consts::PI * 0.3 * 6.4e-5;
+    // What is learnt of a small luminaire looks the same, and is all there is.
+    let spot = |c: Uv<f64>| move |p: Uv<f64>| f64::from((p.u - c.u).hypot(p.v - c.v) < 0.02);
+    let spot_area = std::f64::consts::PI * 0.02f64.powi(2);
+    // Coverage among the runs that claim an interval, and the median half-width relative to the integral.
+    let measure = |f: &dyn Fn(Uv<f64>) -> Box<F>, exact: f64, control: bool| {
+        let mut work = Workspace::new();
+        let (mut held, mut widths) = (0.0, Vec::new());
+        for r in 0..60u64 {
+            let key = Key::new(r).with(3);
+            let c = key.uniform2_f64(0);
+            let g = f(Uv::new(0.4 + 0.2 * c.u, 0.4 + 0.2 * c.v));
+            let mut integrand = |p: &Probe| g(p.uv);
+            let mut trained = Trained::new();
+            trained.start(3);
+            for (round, n) in [8192, 2048, 2048].into_iter().enumerate() {
+                trained.learn(&mut integrand, n, 2048.min(n), key.with(round as u64), Default::default());
+            }
+            let method = Predicted { control, ..Predicted::from_partition(&trained) };
+            let e = method.integrate(&mut integrand, 1024, key.with(9), &mut work);
+            if let Some(h) = e.half_width_95() {
+                held += f64::from((e.value - exact).abs() <= h);
+                widths.push(h / exact);
+            }
+        }
+        widths.sort_by(f64::total_cmp);
+        (held / widths.len() as f64, widths[widths.len() / 2])
+    };
+    let (rings, _) = measure(&|c| Box::new(ring(c)), ring_area, true);
+    // The control: without the witness.
+    let (deaf, _) = measure(&|c| Box::new(ring(c)), ring_area, false);
+    let (spots, width) = measure(&|c| Box::new(spot(c)), spot_area, true);
+    println!(
+        "ring {:.0} %, without the training's word {:.0} %, spot {:.0} %, wide {width:.4}",
+        1e2 * rings,
+        1e2 * deaf,
+        1e2 * spots
+    );
+    assert!(rings > 0.85 && deaf < 0.5, "{rings} {deaf}");
+    assert!(spots > 0.85 && width < 0.02, "{spots} {width}");
+}
+
+#[test]
+fn outlines_are_the_cells_that_the_areas_speak_of() {
+    let mut f = |p: &Probe| f64::from((p.uv.u - 0.4).hypot(p.uv.v - 0.6) < 0.2);
+    let mut work = Workspace::new();
+    let shoelace = |p: &[Uv<f64>]| -> f64 {
+        let twice = |i: usize| {
+            let (a, b) = (p[i], p[(i + 1) % p.len()]);
+            a.u * b.v - b.u * a.v
+        };
+        0.5 * (0..p.len()).map(twice).sum::<f64>().abs()
+    };
+    let methods: [(&dyn Method<f64>, f64); 5] = [
+        (&CONTRAST, 1e-12),
+        (&Glassner::default(), 1e-12),
+        (&DelaunayAdaptive::default(), 1e-12),
+        (&TwoStage::blind(), 1e-12),
+        // Arcs are drawn as chains of chords.
+        (&BeyerLange::default(), 2e-3),
+    ];
+    for (m, tolerance) in methods {
+        let _ = m.integrate(&mut f, 256, Key::new(3), &mut work);
+        let (mut cells, mut sum) = (0, 0.0);
+        work.outlines(m.leaves().unwrap(), &mut |polygon, area| {
+            cells += 1;
+            sum += area;
+            assert!((shoelace(polygon) - area).abs() < tolerance, "{}", m.name());
+        });
+        assert!(cells > 40 && (sum - 1.0).abs() < 1e-9, "{}: {cells} cells, {sum}", m.name());
+    }
+    assert!(Method::<f64>::leaves(&Jittered).is_none());
+}

@@ -176,7 +176,7 @@ fn the_guaranteed_disk_of_the_report_is_the_corrected_one() {
         (0..n).filter(missed).count() as f64 / n as f64
     };
     // √2 h: never. h: 2.1e-3 at worst; h/√2: 0.136 at worst, 0.08 on average; h/2: 0.359 on average. The printed √5/2 h: rarely, but
-    // not never (9.2e-5). Tolerances are five standard deviations of the counts.
+    // not never (6.6e-5). Tolerances are five standard deviations of the counts.
     assert_eq!(misses(2f64.sqrt() * h, false), 0.0);
     assert!((misses(h, false) - 2.1e-3).abs() < 1.2e-3);
     assert!((misses(0.5f64.sqrt() * h, false) - 0.136).abs() < 0.009);

@@ -17,8 +17,8 @@
 mod join;
 
 use crate::film::{Film, Pixel};
-use crate::gather::Strategy;
 use crate::render::{Mode, RenderOptions};
+use crate::strategies;
 use crate::zones::Zones;
 use hemilux_scene::Scene;
 use hemiquad::points::Key;
@@ -157,7 +157,7 @@ impl Origin {
     /// The first thing that differs.
     pub fn check(&self, ours: &Origin) -> Result<(), FilmFileError> {
         let name = |m: Mode| Mode::ALL.iter().find(|n| n.1 == m).map_or("", |n| n.0).to_owned();
-        let strategy = |s: Strategy| Strategy::ALL.iter().find(|n| n.1 == s).map_or("", |n| n.0).to_owned();
+        let strategy = strategies::name;
         let hash = |h: u64| format!("{h:016x}");
         let size = |s: [u32; 2]| format!("{}x{}", s[0], s[1]);
         let depth = |d: u32| if d == u32::MAX { "none".to_owned() } else { d.to_string() };
@@ -236,7 +236,7 @@ fn write_sources(
     [w, h].into_iter().chain(film.region()).for_each(|v| put32(&mut head, v));
     let o = &origin.options;
     let mode = Mode::ALL.iter().find(|n| n.1 == o.mode).map_or("", |n| n.0);
-    let strategy = Strategy::ALL.iter().find(|n| n.1 == o.plan.strategy).map_or("", |n| n.0);
+    let strategy = strategies::name(o.plan.strategy);
     put_text(&mut head, mode.as_bytes());
     put_text(&mut head, strategy.as_bytes());
     [o.plan.rays, o.plan.shadow_rays, o.max_depth, origin.residual.to_bits()]
@@ -433,7 +433,7 @@ impl<'a> Reader<'a> {
         let (mode, strategy) = (self.text()?, self.text()?);
         let unknown = FilmFileError::Damaged("an unknown mode or strategy");
         let mode = Mode::ALL.iter().find(|n| n.0 == mode).map(|n| n.1);
-        let strategy = Strategy::ALL.iter().find(|n| n.0 == strategy).map(|n| n.1);
+        let strategy = strategies::parse(&strategy);
         let (Some(mode), Some(strategy)) = (mode, strategy) else { return Err(unknown) };
         let plan = crate::gather::GatherPlan { rays: self.u32()?, shadow_rays: self.u32()?, strategy };
         let options = RenderOptions { mode, plan, seed: 0, max_depth: self.u32()? };

@@ -66,6 +66,11 @@ pub(super) fn whole_sphere(q: Quadric, to_world: &DAffine3) -> Option<(DVec3, f6
 
 /// Radius of a ball around a shape (m).
 pub(super) fn shape_radius(world: &World, geometry: &Geometry, to_world: &DAffine3) -> f32 {
+    shape_ball(world, geometry, to_world).1
+}
+
+/// Centre and radius (m) of a ball around a shape.
+pub(super) fn shape_ball(world: &World, geometry: &Geometry, to_world: &DAffine3) -> (DVec3, f32) {
     let mut corners: Vec<DVec3> = Vec::new();
     match geometry {
         Geometry::Mesh(id) => {
@@ -84,7 +89,7 @@ pub(super) fn shape_radius(world: &World, geometry: &Geometry, to_world: &DAffin
     let low = corners.iter().fold(DVec3::INFINITY, |m, c| m.min(*c));
     let high = corners.iter().fold(DVec3::NEG_INFINITY, |m, c| m.max(*c));
     let centre = (low + high) * 0.5;
-    corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max) as f32
+    (centre, corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max) as f32)
 }
 
 /// Area before the placement (m²).

@@ -10,7 +10,8 @@
 use super::World;
 use super::emission::{emitted, power_per_area};
 use super::emitter_points::{
-    cone, mean_stretch, object_area, shape_radius, stretch_world, triangle_point, whole_sphere,
+    cone, mean_stretch, object_area, quadric_area_point, shape_radius, stretch_world, triangle_point,
+    whole_sphere,
 };
 use super::environment::Sky;
 use super::hierarchy::Hierarchy;
@@ -337,6 +338,35 @@ impl Luminaires {
     pub fn radiance(&self, scene: &Scene, i: u32, n: Vec3, uv: Vec2, w: Vec3) -> Rgb {
         let emission = &self.emissions[self.items[i as usize].emission as usize];
         emitted(scene, emission, n, uv, w)
+    }
+
+    /// Radiant intensity (W·sr⁻¹) of luminaire `i` towards unit `w`, nothing being in the way.
+    pub(super) fn intensity(&self, scene: &Scene, i: u32, w: Vec3) -> Rgb {
+        let item = &self.items[i as usize];
+        let emission = |n: Vec3, uv: Vec2| emitted(scene, &self.emissions[item.emission as usize], n, uv, w);
+        match &item.emitter {
+            Emitter::Triangle { n, uv, .. } => {
+                emission(*n, (uv[0] + uv[1] + uv[2]) / 3.0) * (n.dot(w).abs() * item.area)
+            }
+            Emitter::Quadric { q, to_world, sphere, sign, area_object } => {
+                // Points spread evenly over the area; a sphere's disk is known exactly.
+                let (mut sum, mut seen) = (Rgb::BLACK, 0.0);
+                for k in 0..16 {
+                    let u = [(k % 4) as f32 / 4.0 + 0.125, (k / 4) as f32 / 4.0 + 0.125];
+                    let (_, n, uv, pdf) = quadric_area_point(*q, to_world, *area_object, u);
+                    let n = (n * *sign).as_vec3();
+                    let cos = n.dot(w).abs() / (16.0 * pdf);
+                    let radiance = emission(n, uv);
+                    sum += radiance * cos;
+                    seen += if radiance.is_black() { 0.0 } else { cos };
+                }
+                match sphere {
+                    Some((_, r)) if seen > 0.0 => sum * (std::f32::consts::PI * (r * r) as f32 / seen),
+                    _ => sum,
+                }
+            }
+            Emitter::Sky(_) => Rgb::BLACK,
+        }
     }
 
     /// Density per solid angle at `at`, pick included, with which [`Luminaires::sample`] finds this point of luminaire

@@ -3,6 +3,7 @@
 //! [`World::new`] turns a [`Scene`] into a form rays can meet; nothing later changes it. Primitive ids are those of
 //! `hemilux-accel`: per group (the world's own shapes, and each object) in the order of addition.
 
+pub mod balls;
 pub mod camera;
 pub mod emission;
 mod emitter_points;
@@ -16,6 +17,7 @@ pub mod texture;
 mod unit;
 
 use crate::bsdf::Bsdf;
+use balls::Balls;
 use hemilux_accel as accel;
 use hemilux_scene::geom::{DAffine3, Vec3};
 use hemilux_scene::{ConductorFresnel, Geometry, MaterialId, MaterialKind, Roughness, Scene, Shape};
@@ -101,6 +103,8 @@ pub struct World {
     pub(crate) placements: Vec<Placement>,
     /// Everything that emits.
     pub luminaires: Luminaires,
+    /// Luminaires and casters as balls.
+    pub balls: Balls,
     /// Whether some surface lets rays pass at random or always.
     has_holes: bool,
     /// Per group.
@@ -149,12 +153,14 @@ impl World {
             groups,
             placements,
             luminaires: Luminaires::default(),
+            balls: Balls::default(),
             has_holes,
             patches: Vec::new(),
             plain: Vec::new(),
             bound,
         };
         world.luminaires = Luminaires::new(&world);
+        world.balls = Balls::new(&world);
         let casts = |s: &Shape| !world.is_diffuse(s.material);
         world.patches = world.groups.iter().map(|g| Patches::new(&world.scene, g, casts)).collect();
         world.plain = world.groups[0].shapes.iter().map(|s| world.plain_reflectance(s)).collect();

@@ -2,7 +2,7 @@
 //! decided are also the answer, Σ Aᵢ Lᵢ. *Biased*: what was missed is never looked for again (D. Kirk and J. Arvo, "Unbiased
 //! sampling techniques for image synthesis", 1991), and the standard error, taken from neighbouring values, does not know it.
 
-use super::{Method, Workspace, evaluate};
+use super::{Leaves, Method, Workspace, evaluate};
 use crate::criterion::{CellView, Criterion, Weighted};
 use crate::estimate::{Estimate, Evaluations};
 use crate::gap::Gap;
@@ -354,6 +354,10 @@ impl<V: Value> Method<V> for PainterSloan<'_> {
         work.tree.set_parent(self.parent);
         run(&mut work.tree, f, &plan(self.criterion, budget), key, &mut work.refine)
     }
+
+    fn leaves(&self) -> Option<Leaves> {
+        Some(Leaves::QuadTree)
+    }
 }
 
 /// Adaptive weighted Monte Carlo: A. Glassner, "Dynamic stratification", 1993. Samples are added where the criterion asks;
@@ -380,6 +384,10 @@ impl<V: Value> Method<V> for Glassner<'_> {
     ) -> Estimate<V> {
         run(&mut work.voronoi, f, &plan(self.criterion, budget), key, &mut work.refine)
     }
+
+    fn leaves(&self) -> Option<Leaves> {
+        Some(Leaves::Voronoi)
+    }
 }
 
 /// Adaptive triangulation of the hemisphere: M. Beyer and B. Lange, "Rayvolution", 1994. The square stands for the hemisphere
@@ -403,6 +411,10 @@ impl<V: Value> Method<V> for BeyerLange<'_> {
         work: &mut Workspace<V>,
     ) -> Estimate<V> {
         run(&mut work.triangles, f, &plan(self.criterion, budget), key, &mut work.refine)
+    }
+
+    fn leaves(&self) -> Option<Leaves> {
+        Some(Leaves::Triangles)
     }
 }
 
@@ -429,5 +441,9 @@ impl<V: Value> Method<V> for DelaunayAdaptive<'_> {
         work: &mut Workspace<V>,
     ) -> Estimate<V> {
         run(&mut work.delaunay, f, &plan(self.criterion, budget), key, &mut work.refine)
+    }
+
+    fn leaves(&self) -> Option<Leaves> {
+        Some(Leaves::Delaunay)
     }
 }

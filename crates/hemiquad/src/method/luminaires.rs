@@ -1,7 +1,7 @@
 //! Luminaires made larger than they are (report, section 4). *Biased*: by (k - 1)A/2 on the report's pixel.
 
 use super::adaptive::{Plan, Sizing, run};
-use super::{Method, Workspace};
+use super::{Leaves, Method, Workspace};
 use crate::criterion::Weighted;
 use crate::estimate::Estimate;
 use crate::integrand::{Integrand, Probe, Size, Stage};
@@ -50,6 +50,10 @@ impl<V: Value, M: Method<V>> Method<V> for Enlarged<M> {
         let mut larger = Enlarge { k: self.k.max(1.0), f };
         let inner = self.inner.integrate(&mut larger, budget, key, work);
         Estimate { biased: true, ..inner }
+    }
+
+    fn leaves(&self) -> Option<Leaves> {
+        self.inner.leaves()
     }
 }
 
@@ -108,5 +112,13 @@ impl<V: Value> Method<V> for Shrinking<'_> {
             #[cfg(feature = "delaunay")]
             ShrinkingOn::Delaunay => run(&mut work.delaunay, f, &plan, key, &mut work.refine),
         }
+    }
+
+    fn leaves(&self) -> Option<Leaves> {
+        Some(match self.on {
+            ShrinkingOn::QuadTree => Leaves::QuadTree,
+            #[cfg(feature = "delaunay")]
+            ShrinkingOn::Delaunay => Leaves::Delaunay,
+        })
     }
 }

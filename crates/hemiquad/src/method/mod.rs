@@ -55,7 +55,7 @@ use crate::integrand::{Integrand, Probe};
 use crate::map::Uv;
 #[cfg(feature = "delaunay")]
 use crate::partition::{Delaunay, Voronoi};
-use crate::partition::{QuadTree, Triangles};
+use crate::partition::{Partition, QuadTree, Triangles};
 use crate::points::Key;
 use crate::value::Value;
 
@@ -73,6 +73,28 @@ pub trait Method<V: Value> {
         key: Key,
         work: &mut Workspace<V>,
     ) -> Estimate<V>;
+
+    /// Which partition of the workspace the method has refined, for drawing it ([`Workspace::outlines`]).
+    fn leaves(&self) -> Option<Leaves> {
+        None
+    }
+}
+
+/// Partitions that a method may leave behind in its workspace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaves {
+    /// Squares.
+    QuadTree,
+    /// Squares with a density of their own.
+    Trained,
+    /// Voronoi cells.
+    #[cfg(feature = "delaunay")]
+    Voronoi,
+    /// Triangles on the square.
+    #[cfg(feature = "delaunay")]
+    Delaunay,
+    /// Triangles on the hemisphere.
+    Triangles,
 }
 
 /// Memory that methods use and leave behind for the next call. One per thread.
@@ -113,6 +135,29 @@ impl<V: Value> Workspace<V> {
             control: Default::default(),
             cubature: Default::default(),
         }
+    }
+}
+
+impl<V: Value> Workspace<V> {
+    /// Visits the boundaries (closed polygons on the square) and areas of the cells that the last call left behind.
+    pub fn outlines(&self, leaves: Leaves, visit: &mut dyn FnMut(&[Uv<f64>], f64)) {
+        match leaves {
+            Leaves::QuadTree => outlines(&self.tree, visit),
+            Leaves::Trained => outlines(self.trained.tree(), visit),
+            #[cfg(feature = "delaunay")]
+            Leaves::Voronoi => outlines(&self.voronoi, visit),
+            #[cfg(feature = "delaunay")]
+            Leaves::Delaunay => outlines(&self.delaunay, visit),
+            Leaves::Triangles => outlines(&self.triangles, visit),
+        }
+    }
+}
+
+fn outlines(partition: &impl Partition, visit: &mut dyn FnMut(&[Uv<f64>], f64)) {
+    let mut polygon = Vec::new();
+    for cell in (0..partition.cells()).filter(|c| partition.is_cell(*c)) {
+        partition.outline(cell, &mut polygon);
+        visit(&polygon, partition.area(cell));
     }
 }
 

@@ -33,7 +33,8 @@ pub struct Predicted<'a, V = f64> {
     /// Share of the samples that stays broad (over the partition, or uniform), in (0, 1]; all of them without regions.
     pub broad: f64,
     /// Whether the partition's mean values serve as a control variate. Unbiased either way; leave it off when the training
-    /// saw another integrand altogether.
+    /// saw another integrand altogether. With it on, the interval is widened where what the training saw contradicts it
+    /// ([`Trained::witness`]).
     pub control: bool,
 }
 
@@ -118,5 +119,6 @@ impl<V: Value> Method<V> for Predicted<'_, V> {
             unexplored,
             false,
         )
+        .heard(control.and_then(Trained::witnessed))
     }
 }

@@ -52,6 +52,10 @@ pub struct Trained<V = f64> {
     level: Vec<V>,
     pub(crate) order: Vec<u32>,
     density: LeafDensity,
+    /// The largest estimate of the integral that the training came by, with its standard error.
+    witness: Option<(V, V)>,
+    /// Whether a sample was negative.
+    signed: bool,
 }
 
 impl<V> Default for Trained<V> {
@@ -68,6 +72,8 @@ impl<V> Default for Trained<V> {
             level: Vec::new(),
             order: Vec::new(),
             density: LeafDensity::default(),
+            witness: None,
+            signed: false,
         }
     }
 }
@@ -82,6 +88,7 @@ impl<V: Value> Trained<V> {
     pub fn start(&mut self, level: u8) {
         self.tree.clear();
         self.tree.grow(level);
+        (self.witness, self.signed) = (None, false);
         self.samples.clear();
         self.first.clear();
         self.first.resize(self.tree.node_count() as usize, NONE);
@@ -96,8 +103,24 @@ impl<V: Value> Trained<V> {
         }
         let leaf = self.tree.leaf_at(uv) as usize;
         let drive = value.drive();
+        self.signed |= drive < 0.0;
         self.samples.push(Sample { uv, value, drive, next: self.first[leaf] });
         self.first[leaf] = self.samples.len() as u32 - 1;
+    }
+
+    /// Tells of an unbiased estimate of the same integral that the training samples gave (value and standard error). The largest
+    /// is kept, and [`Predicted`](super::Predicted) widens its interval where it contradicts that: the fresh samples go where the
+    /// training led, and so cannot see themselves that a hit of the training was a sign of much more. [`Trained::learn`] tells
+    /// of its rounds by itself.
+    pub fn witness(&mut self, value: V, std_error: V) {
+        if self.witness.is_none_or(|(v, _)| value.drive() > v.drive()) {
+            self.witness = Some((value, std_error));
+        }
+    }
+
+    /// What was told, unless there were negative samples, of which no sum says anything.
+    pub(crate) fn witnessed(&self) -> Option<(V, V)> {
+        self.witness.filter(|_| !self.signed)
     }
 
     fn of_leaf(&self, leaf: u32) -> impl Iterator<Item = &Sample<V>> {
@@ -218,6 +241,7 @@ impl<V: Value> Trained<V> {
     /// Takes over a tree with one sample per leaf, and the variances that were guessed from neighbours (by node number).
     pub(crate) fn adopt(&mut self, tree: &mut QuadTree, values: &[V], variance: &[f64]) {
         std::mem::swap(&mut self.tree, tree);
+        (self.witness, self.signed) = (None, false);
         self.samples.clear();
         self.first.clear();
         self.first.resize(self.tree.node_count() as usize, NONE);
@@ -230,6 +254,7 @@ impl<V: Value> Trained<V> {
             if let Some(&i) = self.tree.members(leaf).as_slice().first() {
                 let (uv, value) = (self.tree.points()[i as usize], values[i as usize]);
                 let drive = value.drive();
+                self.signed |= drive < 0.0;
                 self.first[leaf as usize] = self.samples.len() as u32;
                 self.samples.push(Sample { uv, value, drive, next: NONE });
                 let variance = variance[leaf as usize].max(0.0);
@@ -309,7 +334,9 @@ impl<V: Value> Trained<V> {
             self.finish(Allocation::Proportional);
         }
         let mut probes = [Probe::default(); 64];
+        let mut weights = [0.0; 64];
         let mut values = [V::default(); 64];
+        let (mut sum, mut sum2) = (V::default(), V::default());
         let (mut done, mut cursor) = (0, 0);
         while done < samples {
             let m = (samples - done).min(64) as usize;
@@ -318,14 +345,23 @@ impl<V: Value> Trained<V> {
                 let t = (done + k) as f64 + key.with((done + k) as u64).uniform64(0);
                 if let Some(p) = self.density.place(&self.tree, t / samples as f64, &mut cursor) {
                     probes[n] = Probe { stage: Stage::Pilot, ..Probe::at(p.uv) };
+                    weights[n] = p.weight;
                     n += 1;
                 }
             }
             f.eval(&probes[..n], &mut values[..n]);
-            for (p, v) in probes[..n].iter().zip(&values) {
-                self.add(p.uv, *v);
+            for (i, p) in probes[..n].iter().enumerate() {
+                let v = values[i].times(weights[i]);
+                (sum, sum2) = (sum.plus(v), sum2.plus(v.each(|x| x * x)));
+                self.add(p.uv, values[i]);
             }
             done += m as u32;
+        }
+        if samples > 0 {
+            // As if the samples were independent: spread as they are, they do better.
+            let n = samples as f64;
+            let variance = sum2.zip(sum, |s2, s| ((s2 - s * s / n) / (n * (n - 1.0).max(1.0))).max(0.0));
+            self.witness(sum.times(1.0 / n), variance.each(f64::sqrt));
         }
         self.refine(leaves, 4);
         self.finish(allocation);
@@ -348,6 +384,15 @@ impl<V: Value> Trained<V> {
     /// The mean value of a leaf's samples (of its parent's darkest, where it has none): a constant control variate.
     pub fn level(&self, leaf: u32) -> V {
         self.level.get(leaf as usize).copied().unwrap_or_default()
+    }
+
+    /// The integral of [`Trained::level`] over the square as a witness, its standard error from the spread of the leaves.
+    pub(crate) fn level_as_witness(&self) -> Option<(V, V)> {
+        let part = |l| (self.tree.area(l) * self.spread[l as usize]).powi(2);
+        let doubt = self.tree.leaves().map(part).sum::<f64>().sqrt();
+        let value = self.integral();
+        let scale = if value.drive() > 0.0 { doubt / value.drive() } else { 0.0 };
+        (!self.signed).then(|| (value, value.times(scale)))
     }
 
     /// The integral of [`Trained::level`] over the square.

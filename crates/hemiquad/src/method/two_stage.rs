@@ -2,7 +2,7 @@
 //! discarded, fresh samples make the estimate. Unbiased whatever the pilot did.
 
 use super::adaptive::{Plan, Sizing, refine_with};
-use super::{Method, Workspace};
+use super::{Leaves, Method, Workspace};
 use crate::allocation::Allocation;
 use crate::criterion::{Criterion, Weighted};
 use crate::estimate::{Estimate, Evaluations, Pairs};
@@ -89,6 +89,13 @@ impl<V: Value> Method<V> for TwoStage<'_> {
         // A pilot that enlarges leaves no feature hidden in a stratum; a blind one may, and keeps the wider interval.
         let dof =
             if self.reach > 0.0 { pairs.degrees_of_freedom_resolved() } else { pairs.degrees_of_freedom() };
-        Estimate::new(pairs.sum, Some(pairs.std_error()), dof, evaluations, unexplored, false)
+        // Luminaires keep their flux when they are enlarged: a pilot that saw many times what the fresh samples found has seen
+        // more luminaires than they could resolve. A blind pilot saw no more than they do.
+        let witness = if self.reach > 0.0 { trained.level_as_witness() } else { None };
+        Estimate::new(pairs.sum, Some(pairs.std_error()), dof, evaluations, unexplored, false).heard(witness)
+    }
+
+    fn leaves(&self) -> Option<Leaves> {
+        Some(Leaves::Trained)
     }
 }

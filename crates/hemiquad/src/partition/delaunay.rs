@@ -136,6 +136,11 @@ impl Partition for Delaunay {
         few
     }
 
+    fn outline(&self, cell: u32, polygon: &mut Vec<Uv<f64>>) {
+        polygon.clear();
+        polygon.extend(self.corners(cell).into_iter().flatten().map(|c| c.1));
+    }
+
     fn touched(&self) -> &[u32] {
         &self.touched
     }

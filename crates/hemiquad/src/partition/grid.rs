@@ -1,6 +1,6 @@
 //! A regular grid with one jittered sample per cell: never refined.
 
-use super::{Few, Partition};
+use super::{Few, Partition, rectangle};
 use crate::map::Uv;
 use crate::points::{Key, jittered_f64};
 
@@ -69,6 +69,12 @@ impl Partition for Grid {
             few.push(cell + self.nx);
         }
         few
+    }
+
+    fn outline(&self, cell: u32, polygon: &mut Vec<Uv<f64>>) {
+        let at = |x: u32, y: u32| Uv::new(x as f64 / self.nx as f64, y as f64 / self.ny as f64);
+        let (x, y) = (cell % self.nx, cell / self.nx);
+        rectangle(at(x, y), at(x + 1, y + 1), polygon);
     }
 
     fn touched(&self) -> &[u32] {

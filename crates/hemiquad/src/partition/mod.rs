@@ -86,8 +86,19 @@ pub trait Partition {
     }
     /// Cells that touch this one along an edge (at most 16 of them).
     fn neighbours(&self, cell: u32) -> Few;
+    /// Writes the boundary of a cell, a closed polygon on the square, into `polygon` (for drawing).
+    fn outline(&self, cell: u32, polygon: &mut Vec<Uv<f64>>);
     /// The cells made or changed by the last call of `seed` or `split`.
     fn touched(&self) -> &[u32];
     /// Upper bound of the number of samples that one split adds.
     fn samples_per_split(&self) -> u32;
+}
+
+/// A polygon through the corners of a cell of the hemisphere is curved on the square: this many points per side.
+const POINTS_PER_ARC: u32 = 8;
+
+/// Writes a rectangle.
+fn rectangle(low: Uv<f64>, high: Uv<f64>, polygon: &mut Vec<Uv<f64>>) {
+    polygon.clear();
+    polygon.extend([low, Uv::new(high.u, low.v), high, Uv::new(low.u, high.v)]);
 }

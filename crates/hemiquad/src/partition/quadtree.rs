@@ -1,6 +1,6 @@
 //! A quadtree in an index arena whose leaves are linked in Morton order.
 
-use super::{Few, Partition};
+use super::{Few, Partition, rectangle};
 use crate::curve;
 use crate::map::Uv;
 use crate::points::Key;
@@ -400,6 +400,11 @@ impl Partition for QuadTree {
         // No leaf lies across two edges, nor twice across one.
         self.across(cell, |n| few.push_new(n));
         few
+    }
+
+    fn outline(&self, cell: u32, polygon: &mut Vec<Uv<f64>>) {
+        let cell = self.cell(cell);
+        rectangle(cell.at(Uv::new(0.0, 0.0)), cell.at(Uv::new(1.0, 1.0)), polygon);
     }
 
     fn touched(&self) -> &[u32] {

@@ -1,7 +1,7 @@
 //! Triangles on the hemisphere: M. Beyer and B. Lange, "Rayvolution: an evolutionary ray tracing program", 1994, in its
 //! geometric part. Rays are the vertices of a triangulation of the hemisphere; triangles are refined where the rays differ.
 
-use super::{Few, Partition};
+use super::{Few, POINTS_PER_ARC, Partition};
 use crate::map::{Concentric, Dir, Map, Uv};
 use crate::points::Key;
 use std::f64::consts::PI;
@@ -164,6 +164,20 @@ impl Partition for Triangles {
         let mut few = Few::default();
         self.triangles[cell as usize].n.iter().filter(|n| **n != NONE).for_each(|&n| few.push(n));
         few
+    }
+
+    fn outline(&self, cell: u32, polygon: &mut Vec<Uv<f64>>) {
+        polygon.clear();
+        let corners = self.triangles[cell as usize].v.map(|v| self.dirs[v as usize]);
+        for i in 0..3 {
+            let (p, q) = (corners[i], corners[(i + 1) % 3]);
+            for k in 0..POINTS_PER_ARC {
+                let w = k as f64 / POINTS_PER_ARC as f64;
+                let mix = |a: f64, b: f64| (1.0 - w) * a + w * b;
+                let d = Dir::normalize(mix(p.x, q.x), mix(p.y, q.y), mix(p.z, q.z));
+                polygon.extend(d.and_then(|d| Concentric.uv(d)));
+            }
+        }
     }
 
     fn touched(&self) -> &[u32] {

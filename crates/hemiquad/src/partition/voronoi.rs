@@ -1,6 +1,6 @@
 //! Voronoi cells, clipped to the square, as weights (A. Glassner, "Dynamic stratification", 1993; report, section 3.2).
 
-use super::{Few, Partition};
+use super::{Few, Partition, rectangle};
 use crate::map::Uv;
 use crate::points::{Key, jittered_f64};
 use spade::handles::FixedVertexHandle;
@@ -60,10 +60,13 @@ impl Voronoi {
 
     /// Leaves the polygon of a cell in `self.polygon`.
     fn clip(&mut self, cell: u32) {
-        self.polygon.clear();
-        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
-            self.polygon.push(Uv::new(u, v));
-        }
+        let (mut polygon, mut cut) = (std::mem::take(&mut self.polygon), std::mem::take(&mut self.cut));
+        self.clip_into(cell, &mut polygon, &mut cut);
+        (self.polygon, self.cut) = (polygon, cut);
+    }
+
+    fn clip_into(&self, cell: u32, polygon: &mut Vec<Uv<f64>>, cut: &mut Vec<Uv<f64>>) {
+        rectangle(Uv::new(0.0, 0.0), Uv::new(1.0, 1.0), polygon);
         let p = self.points[cell as usize];
         for edge in self.mesh.vertex(FixedVertexHandle::from_index(cell as usize)).out_edges() {
             let q = edge.to().position();
@@ -71,19 +74,19 @@ impl Voronoi {
             let (nu, nv) = (q.x - p.u, q.y - p.v);
             let limit = 0.5 * (nu * (q.x + p.u) + nv * (q.y + p.v));
             let side = |x: Uv<f64>| nu * x.u + nv * x.v - limit;
-            self.cut.clear();
-            for i in 0..self.polygon.len() {
-                let (a, b) = (self.polygon[i], self.polygon[(i + 1) % self.polygon.len()]);
+            cut.clear();
+            for i in 0..polygon.len() {
+                let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
                 let (sa, sb) = (side(a), side(b));
                 if sa <= 0.0 {
-                    self.cut.push(a);
+                    cut.push(a);
                 }
                 if (sa < 0.0 && sb > 0.0) || (sa > 0.0 && sb < 0.0) {
                     let t = sa / (sa - sb);
-                    self.cut.push(Uv::new(a.u + t * (b.u - a.u), a.v + t * (b.v - a.v)));
+                    cut.push(Uv::new(a.u + t * (b.u - a.u), a.v + t * (b.v - a.v)));
                 }
             }
-            std::mem::swap(&mut self.polygon, &mut self.cut);
+            std::mem::swap(polygon, cut);
         }
     }
 }
@@ -167,6 +170,10 @@ impl Partition for Voronoi {
             few.push(v.to().index() as u32);
         }
         few
+    }
+
+    fn outline(&self, cell: u32, polygon: &mut Vec<Uv<f64>>) {
+        self.clip_into(cell, polygon, &mut Vec::new());
     }
 
     fn touched(&self) -> &[u32] {

@@ -148,6 +148,15 @@ impl Cones {
         self.count
     }
 
+    /// Each cone: unit axis, 1 − cos of the half-angle, share of the samples.
+    pub fn iter(&self) -> impl Iterator<Item = (Vec3, f32, f32)> + '_ {
+        (0..self.count).map(|k| {
+            let axis = Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
+            let before = if k == 0 { 0.0 } else { self.cumulative[k - 1] };
+            (axis, self.height[k], self.cumulative[k] - before)
+        })
+    }
+
     /// Whether nothing is expected.
     pub fn is_empty(&self) -> bool {
         self.count == 0
