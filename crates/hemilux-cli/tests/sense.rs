@@ -138,7 +138,7 @@ fn a_missed_target_is_exit_code_four() {
         "--limit",
         "500ms",
         "--target-error",
-        "0.1%",
+        "0.001%",
     ];
     let out = run(&arguments, "# kept in plain form only\n1 0 0 0 0 1\n");
     assert_eq!(out.status.code(), Some(4));
