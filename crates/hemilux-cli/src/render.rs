@@ -205,7 +205,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     warn_rejected(&talk, rejected);
     if let Some(u) = run.surprise.filter(|u| *u > SURPRISED) {
         talk.warning(&format!(
-            "{:.1} % of the picture's luminance came from where light particles had not been: more of them (--particles, --time) make it less noisy",
+"{:.1} % of the picture's luminance came by rays that nothing had led there: noise is larger than need be, and --time or --particles help",
             u * 100.0
         ));
     }

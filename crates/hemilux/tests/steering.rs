@@ -35,7 +35,14 @@ fn room(mirrored: bool, glass: bool, tilted: bool) -> World {
         let shiny = mirror(&mut scene, 0.9);
         for i in 0..5 {
             let y = -1.5 + 0.6 * i as f32;
-            quad(&mut scene, [-1.9, y, 1.0], [0.1 * (i as f32 - 2.0), 0.4, 0.0], [0.08, 0.0, 0.4], shiny, None);
+            quad(
+                &mut scene,
+                [-1.9, y, 1.0],
+                [0.1 * (i as f32 - 2.0), 0.4, 0.0],
+                [0.08, 0.0, 0.4],
+                shiny,
+                None,
+            );
         }
     }
     World::new(scene)
@@ -93,7 +100,9 @@ fn steered_and_plain_gathers_have_one_mean() {
             gain += (plain.1 * plain.1 * 16_000.0) / (steered.1 * steered.1 * 2000.0) / 24.0;
         }
     }
-    println!("worst z {worst:.2}, of the control {worst_control:.2}; variance ratio {gain:.1} at equal gathers");
+    println!(
+        "worst z {worst:.2}, of the control {worst_control:.2}; variance ratio {gain:.1} at equal gathers"
+    );
     assert!(worst_control > LIMIT, "the test is too blunt to see 3 %");
 }
 

@@ -101,6 +101,8 @@ const IMAGES: u32 = 2;
 const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
 pub const LARGE: f32 = 0.15;
+/// Leaves with fewer candidates than this are filled up with signatures that must be visible from them.
+const ROOM: usize = MOST / 2;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
@@ -249,18 +251,29 @@ impl Records {
         Candidate { signature, linear: NONE, best: best as u8, gate, share }
     }
 
-    /// Add the signatures that the places of their images and patches make visible from around `centre`.
+    /// Add the signatures that the places of their images and patches make visible from around `centre`, those that promise
+    /// most first, as far as there is room.
     fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3) {
+        let room = ROOM.saturating_sub(found.len());
+        if room == 0 {
+            return;
+        }
         let share = UNRECORDED * found.iter().map(|f| f.0.share).sum::<f32>() / found.len().max(1) as f32;
-        let recorded = found.len();
+        let promise = |c: &Candidate| {
+            let signature = &self.signatures[c.signature as usize];
+            signature.strength * signature.places[c.best as usize].sin2(centre)
+        };
+        let mut more: Vec<Candidate> = Vec::new();
         for (name, signature) in self.signatures.iter().enumerate() {
             let name = name as u32;
             if signature.is_visible_from(centre, radius, n)
-                && found[..recorded].binary_search_by_key(&name, |f| f.0.signature).is_err()
+                && found.binary_search_by_key(&name, |f| f.0.signature).is_err()
             {
-                found.push((self.candidate(name, share, centre), None));
+                more.push(self.candidate(name, share, centre));
             }
         }
+        more.sort_by(|a, b| promise(b).total_cmp(&promise(a)).then(a.signature.cmp(&b.signature)));
+        found.extend(more.into_iter().take(room).map(|c| (c, None)));
     }
 
     /// Where along a Morton curve of directions (the sphere's square) a candidate is seen from `x`.
