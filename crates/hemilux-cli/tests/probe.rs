@@ -1,6 +1,5 @@
 //! `hemilux probe`, `hemilux figures` and the report's strategies, by the built binary.
 
-#[allow(dead_code)] // each test binary uses its own part
 mod common;
 
 use common::Bench;
