@@ -68,6 +68,9 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     if plan.options.mode != Mode::Path && args.max_depth.is_some() {
         talk.warning("--max-depth is only used in mode path");
     }
+    if plan.options.mode != Mode::Corrected && args.residuals.is_some() {
+        talk.warning("--residuals is only used in mode corrected");
+    }
 
     if matches!(plan.options.mode, Mode::Zonal | Mode::Corrected) && strategies::is_biased(args.strategy) {
         talk.warning(&format!(
@@ -95,7 +98,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     };
     let study = (wanted && !late).then(|| {
         progress.stage("pairs");
-        let study = renderer.study(plan.region, PAIRS);
+        let study = study(&renderer, plan.region, deadline);
         progress.remark(study_in_words(&study));
         study
     });
@@ -252,8 +255,25 @@ impl Resumed {
     }
 }
 
-/// Pairs for the share of residuals and the zones' bias.
+/// Pairs for the share of residuals and the zones' bias; with a limit of time, ...
 const PAIRS: usize = 8192;
+/// ... at least so many, ...
+const FEWEST_PAIRS: usize = 256;
+/// ... and as many as this part of what is left allows.
+const PAIR_SHARE: f64 = 0.03;
+
+/// Study the zones' bias within reason.
+fn study(renderer: &Renderer, region: [u32; 4], deadline: Option<Instant>) -> Study {
+    let Some(deadline) = deadline else { return renderer.study(region, PAIRS) };
+    let begin = Instant::now();
+    let few = renderer.study(region, FEWEST_PAIRS);
+    let each = begin.elapsed().as_secs_f64() / FEWEST_PAIRS as f64;
+    let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    match (PAIR_SHARE * left / each.max(1e-9)) as usize {
+        n if n > FEWEST_PAIRS => renderer.study(region, n.min(PAIRS)),
+        _ => few,
+    }
+}
 
 fn study_in_words(s: &Study) -> String {
     format!(
@@ -524,6 +544,7 @@ impl Run<'_> {
                 "in_the_picture": options.mode == Mode::Zonal,
             })
         });
+        let overrun = budget.time.is_some_and(|t| total > t.mul_f64(1.05));
         let mut stages: serde_json::Map<String, serde_json::Value> =
             times.iter().map(|(name, t)| ((*name).to_owned(), json!(t.as_secs_f64()))).collect();
         stages.insert("total".into(), json!(total.as_secs_f64()));
@@ -542,7 +563,7 @@ impl Run<'_> {
             "seconds": stages,
             "budget": {
                 "spp": budget.spp, "seconds": budget.time.map(|t| t.as_secs_f64()), "error": budget.error,
-                "met": short.is_none() && self.stopped.is_none(), "why_not": short.or(self.stopped.as_deref()),
+                "met": short.is_none() && self.stopped.is_none() && !overrun, "why_not": short.or(self.stopped.as_deref()),
             },
         })
     }
