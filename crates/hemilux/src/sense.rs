@@ -102,6 +102,8 @@ pub struct Sense<'a> {
     bright: f32,
     /// Whether residuals take the zones' bias away.
     corrected: bool,
+    /// Whether anything scatters diffusely.
+    scatters: bool,
     /// What steers gathers that do not end on zones.
     steer: Option<&'a Zones>,
 }
@@ -129,6 +131,7 @@ impl<'a> Sense<'a> {
             caution,
             bright: (luminance / DIM) as f32,
             corrected: false,
+            scatters: world.has_diffuse(),
             steer: None,
         }
     }
@@ -230,7 +233,9 @@ impl<'a> Sense<'a> {
         let variance = scalars.iter().map(|s| (s - scalar).powi(2)).sum::<f64>() / (GROUPS - 1) as f64;
         let degrees = (GROUPS - 1) as f64;
         let student = student_975(degrees) * (variance / GROUPS as f64).sqrt();
-        let unseen = self.unseen(per_group, groups.iter().map(|g| g.tally.chain_hits).sum());
+        let hits = |of: fn(&Tally) -> u64| groups.iter().map(|g| of(&g.tally)).sum();
+        let unseen = self.unseen(per_group, hits(|t| t.chain_hits), 1.0)
+            + self.unseen(per_group, hits(|t| t.later_hits), self.later(residual));
         Reading {
             value: Rgb(mean.map(|v| v as f32)),
             scalar,
@@ -244,9 +249,9 @@ impl<'a> Sense<'a> {
 
     /// A bound on what virtual luminaires may add beyond what the spread of the groups shows. The spread says nothing
     /// while hits are fewer than a handful: none in n rays is compatible with a mean of 3 (Poisson, 95 %), each worth up
-    /// to π times the brightest radiance.
-    fn unseen(&self, per_group: u32, hits: u64) -> f64 {
-        if self.caution == 0.0 || hits >= ENOUGH_HITS {
+    /// to π times the brightest radiance. `share`: of the gather rays that can have such hits.
+    fn unseen(&self, per_group: u32, hits: u64, share: f64) -> f64 {
+        if self.caution == 0.0 || hits >= ENOUGH_HITS || share <= 0.0 {
             return 0.0;
         }
         let rays = match self.options.receiver {
@@ -254,7 +259,18 @@ impl<'a> Sense<'a> {
             Receiver::Radiance => 1.0,
         };
         let k = hits as f64;
-        self.caution * (3.0 + 2.0 * k.sqrt()) / (rays * per_group as f64 * GROUPS as f64)
+        self.caution * (3.0 + 2.0 * k.sqrt()) / (share * rays * per_group as f64 * GROUPS as f64)
+    }
+
+    /// Share of the gather rays that go on after a diffuse scattering and may meet virtual luminaires there by chance, 0
+    /// where zones hold what they would find or nothing scatters diffusely.
+    fn later(&self, residual: Residual) -> f64 {
+        match (self.zones.is_empty(), self.corrected) {
+            _ if !self.scatters => 0.0,
+            (true, _) => 1.0,
+            (false, true) => residual.share as f64,
+            (false, false) => 0.0,
+        }
     }
 
     fn group(

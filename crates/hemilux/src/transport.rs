@@ -30,8 +30,10 @@ const LONGEST_WALK: u32 = 4096;
 pub struct Tally {
     /// Rays traced.
     pub rays: u64,
-    /// Luminaires (or sky) of at least luminance `bright` met at the end of a specular chain, by chance.
+    /// Luminaires (or sky) of at least luminance `bright` met at the end of a specular chain from the start of a walk.
     pub chain_hits: u64,
+    /// The same after a further scattering that is not specular: there nothing leads to them but chance.
+    pub later_hits: u64,
     /// What counts as bright (W·sr⁻¹·m⁻²).
     pub bright: f32,
     /// Luminance of all gathers, and the part of it that came as surprise ([`Tally::judge`]).
@@ -67,8 +69,9 @@ impl Tally {
         (self.largest, self.gather_rays) = (0.0, 0);
     }
 
-    fn note(&mut self, in_chain: bool, met: Rgb) {
-        self.chain_hits += (in_chain && !met.is_black() && met.luminance() >= self.bright) as u64;
+    fn note(&mut self, in_chain: bool, later: bool, met: Rgb) {
+        let hit = (in_chain && !met.is_black() && met.luminance() >= self.bright) as u64;
+        *(if later { &mut self.later_hits } else { &mut self.chain_hits }) += hit;
     }
 }
 
@@ -206,11 +209,13 @@ impl<'a> Walker<'a> {
         let mut after_chain = Rgb::WHITE;
         let mut in_chain = false;
         let mut travelled = 0.0;
+        // Whether the walk has left the gather's own ray behind.
+        let mut later = depth > 1;
         loop {
             let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
                 let sky = self.sky(origin, dir, arrival);
-                tally.note(in_chain, sky);
+                tally.note(in_chain, later, sky);
                 radiance += beta * chain * sky;
                 break;
             };
@@ -218,7 +223,7 @@ impl<'a> Walker<'a> {
             if s.luminaire != NO_LUMINAIRE {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
                 let emission = self.emission(&s, arrival);
-                tally.note(in_chain, emission);
+                tally.note(in_chain, later, emission);
                 radiance += beta * chain * emission;
             }
             if depth >= self.max_depth.min(LONGEST_WALK) {
@@ -259,6 +264,7 @@ impl<'a> Walker<'a> {
                 arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
                 in_chain = false;
                 travelled = 0.0;
+                later = true;
                 after_chain = match going_on {
                     GoingOn::WithoutCaustic => narrow_share(on, wo, next.wi),
                     _ => Rgb::WHITE,

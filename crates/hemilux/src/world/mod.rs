@@ -172,6 +172,26 @@ impl World {
         self.groups.iter().flat_map(|g| &g.shapes).any(|s| !self.is_diffuse(s.material))
     }
 
+    /// Whether some surface scatters diffusely, so that virtual luminaires can be met after a further scattering.
+    pub fn has_diffuse(&self) -> bool {
+        self.groups.iter().flat_map(|g| &g.shapes).any(|s| {
+            match &self.scene.materials[s.material.0 as usize].kind {
+                MaterialKind::Diffuse { reflectance: hemilux_scene::RgbParam::Constant(r) } => r.max() > 0.0,
+                MaterialKind::Polished { diffuse, diffuse_transmission, .. } => {
+                    diffuse.max().max(diffuse_transmission.max()) > 0.0
+                }
+                MaterialKind::Conductor { .. }
+                | MaterialKind::Dielectric { .. }
+                | MaterialKind::ThinDielectric { .. }
+                | MaterialKind::CoatedConductor { .. }
+                | MaterialKind::TintedPane { .. }
+                | MaterialKind::TintedDielectric { .. }
+                | MaterialKind::Interface => false,
+                _ => true,
+            }
+        })
+    }
+
     fn is_diffuse(&self, id: MaterialId) -> bool {
         matches!(
             self.scene.materials[id.0 as usize].kind,
