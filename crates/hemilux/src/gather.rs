@@ -1,12 +1,12 @@
 //! The gather: quadrature of the field radiance over the hemisphere at one visible point (report, equation 1).
 //!
-//! Every lobe of the BRDF is integrated in its own chart of the unit square: the cosine-weighted disk for diffuse ones,
-//! visible normals for glossy ones. Luminaires are sampled by shadow rays; a gather ray that meets a luminaire first
-//! thing shares it with them by the power heuristic on counts. A luminaire at the end of a specular chain is a *virtual
-//! luminaire*: besides the broad strata, cones around the images that light particles have found near the point
-//! ([`crate::zones::records`]) are sampled for it, and both share it by the power heuristic. The cones come from particles
-//! alone, never from values that enter the estimate, so they cost noise where they are wrong and no bias.
-//! A [`Strategy`] decides the broad strata; everything else is shared.
+//! Strata of four kinds look for it: the chart of each lobe (the cosine-weighted disk for diffuse ones, visible normals for
+//! glossy ones), the field radiance that light particles predict ([`crate::zones::field`]), cones around the virtual
+//! luminaires and bright zones that particles have found ([`crate::zones::records`]), and shadow rays. A gather ray counts
+//! BRDF × cosine × field radiance over the density of all strata, whichever it was drawn from (E. Veach's balance
+//! heuristic on counts, 1997); shadow rays share luminaires with them by the power heuristic. What the strata are made
+//! from never enters the estimate: where they are wrong they cost noise and no bias.
+//! A [`Strategy`] decides the strata; everything else is shared.
 
 use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
 use crate::sampler::{PointSet, Sampler};
