@@ -19,7 +19,7 @@ mod daylight;
 mod furnace;
 mod luminaires;
 mod mirrors;
-mod oracle;
+use hemilux::validate::oracle;
 
 use hemilux::sense::{Goal, Receiver, Sense, SenseOptions};
 use hemilux::world::World;
