@@ -8,7 +8,7 @@
 //! Invariant: [`Cones::sample`] has exactly [`Cones::density`].
 
 use super::model::Signature;
-use super::{Candidate, NONE, Records, UNGATED};
+use super::{Candidate, NONE, Records};
 use hemilux_scene::geom::{Frame, Vec3};
 
 /// Cones at most; the candidates with least flux are left out.
@@ -228,22 +228,18 @@ impl Records {
         let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
         let axis = to * distance2.sqrt().recip();
         let sin2 = (best.radius * best.radius / distance2).min(1.0);
-        if c.gate == UNGATED {
-            return (axis, sin2, 1.0);
-        }
-        let gate = &places[c.gate as usize];
-        let to_gate = gate.centre - x;
-        let along = to_gate.dot(axis);
-        let offset = axis * along - to_gate;
-        let missed = match c.gate {
-            // The ray to the image must go through the patch.
-            1 | 2 if windows[c.gate as usize - 1].is_some() => {
-                let blur = PARTLY * best.radius * along / distance2.sqrt();
-                windows[c.gate as usize - 1].is_some_and(|w| !w.passes(offset, blur))
+        let missed = |k: usize| {
+            let to_gate = places[k].centre - x;
+            let along = to_gate.dot(axis);
+            let offset = axis * along - to_gate;
+            match k.checked_sub(1).and_then(|patch| windows[patch]) {
+                // The ray to the image must go through the patch.
+                Some(window) => !window.passes(offset, PARTLY * best.radius * along / distance2.sqrt()),
+                // Both balls must lie on one ray.
+                None => offset.length_squared() > (places[k].radius + sin2.sqrt() * along.abs()).powi(2),
             }
-            // Both balls must lie on one ray.
-            _ => offset.length_squared() > (gate.radius + sin2.sqrt() * along.abs()).powi(2),
         };
+        let missed = (0..3).any(|k| c.gates >> k & 1 == 1 && missed(k));
         (axis, sin2, if missed { BESIDE } else { 1.0 })
     }
 }

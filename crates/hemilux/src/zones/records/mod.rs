@@ -55,14 +55,13 @@ struct Candidate {
     linear: u32,
     /// Which place is tightest around the leaf.
     best: u8,
-    /// Which other place tells whether the image is seen: [`UNGATED`] if none does.
-    gate: u8,
+    /// Which other places tell whether the image is seen: bit k for place k.
+    gates: u8,
     /// Share of the neighbourhood's flux.
     share: f32,
 }
 
 const NONE: u32 = u32::MAX;
-const UNGATED: u8 = 3;
 
 /// All candidates, found by place and facing.
 pub struct Records {
@@ -107,7 +106,7 @@ const ROOM: usize = MOST / 2;
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
 
-wire!(Candidate { signature, linear, best, gate, share });
+wire!(Candidate { signature, linear, best, gates, share });
 wire!(Records { kd, first, candidates, signatures, linears, records });
 
 impl Default for Records {
@@ -214,7 +213,7 @@ impl Records {
                 let linear = linear.filter(|l| l.sin2 < 0.7 * place);
                 // What no regression explains is left to the places, once.
                 if linear.is_some() || rest == group.len() {
-                    candidate.gate = if linear.is_some() { UNGATED } else { candidate.gate };
+                    candidate.gates = if linear.is_some() { 0 } else { candidate.gates };
                     found.push((Candidate { share: share * part, ..candidate }, linear));
                 }
                 rest -= count;
@@ -236,19 +235,10 @@ impl Records {
         let places = &self.signatures[signature as usize].places;
         let sin2 = places.map(|p| p.sin2(centre));
         let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
-        // Seen at the image: through the smaller patch. Seen at a patch: towards the image.
-        let gate = match best {
-            0 => {
-                if places[1].radius <= places[2].radius {
-                    1
-                } else {
-                    2
-                }
-            }
-            _ => 0,
-        };
-        let gate = if sin2[gate] < 0.5 { gate as u8 } else { UNGATED };
-        Candidate { signature, linear: NONE, best: best as u8, gate, share }
+        // The ray must pass all that is known; from within a place or close by, it says nothing.
+        let tells = |k: usize| (k != best && sin2[k] < 0.5) as u8;
+        let gates = (0..3).fold(0, |g, k| g | tells(k) << k);
+        Candidate { signature, linear: NONE, best: best as u8, gates, share }
     }
 
     /// Add the signatures that the places of their images and patches make visible from around `centre`, those that promise
@@ -296,7 +286,7 @@ impl Records {
             (c.signature as usize) < self.signatures.len()
                 && (c.linear == NONE || (c.linear as usize) < self.linears.len())
                 && c.best < 3
-                && c.gate <= UNGATED
+                && c.gates < 8
         };
         !self.first.is_empty()
             && self.kd.is_sound(self.first.len() - 1)
