@@ -21,8 +21,6 @@ const WIDEST: f32 = 0.15;
 /// Share of the samples by flux of nearby records, and without regard to anything.
 const BY_FLUX: f32 = 0.25;
 const EVENLY: f32 = 0.1;
-/// An image counts as seen when this much of its radius, at least, is within the patch's rectangle or near it.
-const PARTLY: f32 = 0.8;
 /// An image seen past a patch of its chain counts this much.
 const BESIDE: f32 = 0.1;
 
@@ -214,8 +212,8 @@ impl Cones {
 }
 
 impl Records {
-    /// The cone of a candidate at `x`: axis, squared sine of the half-angle; and whether its image is expected to be seen,
-    /// 0 to 1.
+    /// The cone of a candidate at `x`: axis, squared sine of the half-angle; and how much of it is expected to show the
+    /// image, 0 to 1.
     #[inline]
     fn cone(&self, c: &Candidate, x: Vec3) -> (Vec3, f32, f32) {
         if c.linear != NONE {
@@ -223,24 +221,46 @@ impl Records {
             return (linear.dir(x), linear.sin2, 1.0);
         }
         let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
-        let best = &places[c.best as usize];
-        let to = best.centre - x;
-        let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
-        let axis = to * distance2.sqrt().recip();
-        let sin2 = (best.radius * best.radius / distance2).min(1.0);
-        let missed = |k: usize| {
-            let to_gate = places[k].centre - x;
-            let along = to_gate.dot(axis);
-            let offset = axis * along - to_gate;
-            match k.checked_sub(1).and_then(|patch| windows[patch]) {
-                // The ray to the image must go through the patch.
-                Some(window) => !window.passes(offset, PARTLY * best.radius * along / distance2.sqrt()),
-                // Both balls must lie on one ray.
-                None => offset.length_squared() > (places[k].radius + sin2.sqrt() * along.abs()).powi(2),
-            }
+        let towards = |k: usize| {
+            let to = places[k].centre - x;
+            let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
+            (to * distance2.sqrt().recip(), (places[k].radius * places[k].radius / distance2).min(1.0))
         };
-        let missed = (0..3).any(|k| c.gates >> k & 1 == 1 && missed(k));
-        (axis, sin2, if missed { BESIDE } else { 1.0 })
+        let (axis, sin2) = towards(c.best as usize);
+        if c.gates == 0 {
+            return (axis, sin2, 1.0);
+        }
+        let (to_image, image_sin2) = if c.best == 0 { (axis, sin2) } else { towards(0) };
+        let angle = image_sin2.sqrt();
+        let mut tightest = (axis, sin2, 1.0);
+        for k in 1..3 {
+            if (c.gates | 1 << c.best) >> k & 1 == 0 {
+                continue;
+            }
+            match windows[k - 1] {
+                Some(window) => {
+                    let Some(part) = window.part(x, to_image, angle, 0.0) else {
+                        return (axis, sin2, BESIDE);
+                    };
+                    let (axis, sin2) = if part.clipped { part.cone(x) } else { (to_image, image_sin2) };
+                    // The image is round, not square.
+                    let area = std::f32::consts::FRAC_PI_4 * part.area / (part.distance * part.distance);
+                    if sin2 <= tightest.1 {
+                        tightest = (axis, sin2, (area / (std::f32::consts::PI * sin2)).min(1.0));
+                    }
+                }
+                // Both balls must lie on one ray.
+                None => {
+                    let to = places[k].centre - x;
+                    let along = to.dot(to_image);
+                    let offset = to_image * along - to;
+                    if offset.length_squared() > (places[k].radius + angle * along.abs()).powi(2) {
+                        return (axis, sin2, BESIDE);
+                    }
+                }
+            }
+        }
+        tightest
     }
 }
 

@@ -219,7 +219,10 @@ impl Records {
                 rest -= count;
             }
         }
-        self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
+        let radius = 0.5 * (high - low).length();
+        // What was recorded nearby may still be known not to be seen from here.
+        found.retain(|f| f.1.is_some() || !self.signatures[f.0.signature as usize].is_missed_from(centre, radius));
+        self.unrecorded(&mut found, centre, radius, members[0].n);
         let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
         found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
         found.truncate(MOST);
@@ -257,6 +260,7 @@ impl Records {
         for (name, signature) in self.signatures.iter().enumerate() {
             let name = name as u32;
             if signature.is_visible_from(centre, radius, n)
+                && !signature.is_missed_from(centre, radius)
                 && found.binary_search_by_key(&name, |f| f.0.signature).is_err()
             {
                 more.push(self.candidate(name, share, centre));
