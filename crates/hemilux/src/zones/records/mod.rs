@@ -14,7 +14,7 @@ mod model;
 
 pub use cones::{Cones, MOST};
 
-use super::kd::{Group, Kd, Placed, morton};
+use super::kd::{Cuts, Group, Kd, Placed, morton};
 use super::wire::wire;
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
@@ -101,7 +101,13 @@ const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
 pub const LARGE: f32 = 0.15;
 /// Leaves with fewer candidates than this are filled up with signatures that must be visible from them.
-const ROOM: usize = MOST / 2;
+const ROOM: usize = MOST;
+/// Lists are cut shorter, and filled up, while all of them together hold about this many candidates (16 bytes each).
+const CANDIDATES: usize = 1 << 22;
+/// A list this short is not worth cutting.
+const FEW: usize = 32;
+/// A leaf is cut if the lists of its cells, on the mean, become shorter than this part of its own.
+const WORTH_A_CUT: f32 = 0.8;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
@@ -130,8 +136,15 @@ fn distinct(records: &[Record]) -> usize {
     names.len()
 }
 
-/// A finished leaf: candidates, and their regressions.
+/// What was found in a leaf: candidates, and their regressions.
 type Found = Vec<(Candidate, Option<Linear>)>;
+
+/// A finished leaf, cut into cells: the candidates of each, which name regressions by their place in `linears`.
+struct Leaf {
+    cuts: Cuts,
+    cells: Vec<Vec<Candidate>>,
+    linears: Vec<Linear>,
+}
 
 impl Records {
     /// Group the records. The result depends on `records` and their order alone.
@@ -144,21 +157,77 @@ impl Records {
         let (kd, groups) = Kd::new(&mut records, small);
         all.kd = kd;
         let this = &all;
-        let found: Vec<Found> = (0..groups.len())
+        let leaves: Vec<Leaf> = (0..groups.len())
             .into_par_iter()
-            .map_init(Vec::new, |near, i| this.leaf(&groups, i, near))
+            .map_init(Vec::new, |near, i| this.cells(&groups, i, near))
             .collect();
-        for leaf in found {
-            for (mut candidate, linear) in leaf {
-                if let Some(linear) = linear {
-                    candidate.linear = all.linears.len() as u32;
-                    all.linears.push(linear);
-                }
-                all.candidates.push(candidate);
+        let mut cuts = Vec::with_capacity(leaves.len());
+        for mut leaf in leaves {
+            let before = all.linears.len() as u32;
+            for cell in &mut leaf.cells {
+                cell.iter_mut().filter(|c| c.linear != NONE).for_each(|c| c.linear += before);
+                all.candidates.append(cell);
+                all.first.push(all.candidates.len() as u32);
             }
-            all.first.push(all.candidates.len() as u32);
+            all.linears.append(&mut leaf.linears);
+            cuts.push(leaf.cuts);
         }
+        all.kd = all.kd.refined(&cuts);
         all
+    }
+
+    /// Leaf `i`, cut into cells as long as their lists grow shorter by it.
+    fn cells(&self, groups: &[Group<Record>], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Leaf {
+        let room = CANDIDATES / groups.len();
+        let mut leaf = Leaf { cuts: Cuts::Whole, cells: Vec::new(), linears: Vec::new() };
+        let found = self.leaf(groups, i, room.clamp(FEW, ROOM), near);
+        let mut list = Vec::with_capacity(found.len());
+        for (mut candidate, linear) in found {
+            if let Some(linear) = linear {
+                candidate.linear = leaf.linears.len() as u32;
+                leaf.linears.push(linear);
+            }
+            list.push(candidate);
+        }
+        let Group { low, high, .. } = groups[i];
+        leaf.cuts = self.cut(list, (low, high), room, &mut leaf.cells);
+        leaf
+    }
+
+    /// Cut the box of a list in half, again and again, and leave out of each half what is known not to be seen from it: while
+    /// that brings something, and while the lists stay within `room` in all.
+    fn cut(
+        &self,
+        list: Vec<Candidate>,
+        (low, high): (Vec3, Vec3),
+        room: usize,
+        cells: &mut Vec<Vec<Candidate>>,
+    ) -> Cuts {
+        let before = cells.len();
+        let size = high - low;
+        let axis = size.max_position();
+        if list.len() > FEW && list.len() < room && size[axis] > 0.0 {
+            let at = low[axis] + 0.5 * size[axis];
+            let (mut below, mut above) = (high, low);
+            (below[axis], above[axis]) = (at, at);
+            let halves = [(low, below), (above, high)].map(|(low, high)| {
+                let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+                let part = list.iter().filter(|c| !self.is_missed(c, centre, radius)).copied().collect();
+                self.cut(part, (low, high), room / 2, cells)
+            });
+            let total: usize = cells[before..].iter().map(Vec::len).sum();
+            if (total as f32) < WORTH_A_CUT * (list.len() * (cells.len() - before)) as f32 {
+                return Cuts::Across { axis: axis as u8, at, halves: Box::new(halves) };
+            }
+            cells.truncate(before);
+        }
+        cells.push(keep_most(list));
+        Cuts::Whole
+    }
+
+    /// Whether a candidate is known not to be seen from anywhere within `radius` of `x`.
+    fn is_missed(&self, c: &Candidate, x: Vec3, radius: f32) -> bool {
+        c.linear == NONE && self.signatures[c.signature as usize].is_missed_from(x, radius)
     }
 
     /// Replace each record's signature by its index, and fit what each signature's records have in common.
@@ -175,7 +244,13 @@ impl Records {
 
     /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it.
     /// `near` is scratch space.
-    fn leaf(&self, groups: &[Group<Record>], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Found {
+    fn leaf(
+        &self,
+        groups: &[Group<Record>],
+        i: usize,
+        room: usize,
+        near: &mut Vec<(u32, u32, u32)>,
+    ) -> Found {
         let Group { members, low, high } = groups[i];
         let (wide_low, wide_high) = groups[i].dilated(DILATE);
         let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
@@ -221,11 +296,11 @@ impl Records {
         }
         let radius = 0.5 * (high - low).length();
         // What was recorded nearby may still be known not to be seen from here.
-        found.retain(|f| f.1.is_some() || !self.signatures[f.0.signature as usize].is_missed_from(centre, radius));
-        self.unrecorded(&mut found, centre, radius, members[0].n);
+        found.retain(|f| f.1.is_some() || !self.is_missed(&f.0, centre, radius));
+        self.unrecorded(&mut found, centre, radius, members[0].n, room);
         let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
         found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
-        found.truncate(MOST);
+        found.truncate(2 * MOST);
         let total: f32 = found.iter().map(|f| f.0.share).sum();
         found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
         // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
@@ -246,8 +321,8 @@ impl Records {
 
     /// Add the signatures that the places of their images and patches make visible from around `centre`, those that promise
     /// most first, as far as there is room.
-    fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3) {
-        let room = ROOM.saturating_sub(found.len());
+    fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3, room: usize) {
+        let room = room.saturating_sub(found.len());
         if room == 0 {
             return;
         }
@@ -324,6 +399,18 @@ impl Records {
             None => &[],
         }
     }
+}
+
+/// The [`MOST`] candidates with the largest shares, in the order given.
+fn keep_most(mut list: Vec<Candidate>) -> Vec<Candidate> {
+    if list.len() > MOST {
+        let mut shares: Vec<f32> = list.iter().map(|c| c.share).collect();
+        let (_, least, _) = shares.select_nth_unstable_by(MOST - 1, |a, b| b.total_cmp(a));
+        let least = *least;
+        list.retain(|c| c.share >= least);
+        list.truncate(MOST);
+    }
+    list
 }
 
 impl Placed for Record {

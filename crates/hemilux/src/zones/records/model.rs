@@ -138,9 +138,9 @@ impl Window {
         for (i, (u, half)) in self.axes.iter().enumerate() {
             // The ball's shadow on the plane is longer where the plane is tilted.
             let tilt = u.dot(axis) / cos;
-            let reach = blur * (1.0 + tilt * tilt).sqrt() + slack;
-            let at = u.dot(met);
-            let (low, high) = ((at - reach).max(-half), (at + reach).min(*half));
+            let reach = ROOMY * blur * (1.0 + tilt * tilt).sqrt() + slack;
+            let (at, half) = (u.dot(met), ROOMY * half);
+            let (low, high) = ((at - reach).max(-half), (at + reach).min(half));
             if low >= high {
                 return None;
             }
@@ -153,6 +153,8 @@ impl Window {
     }
 }
 
+/// Images and windows are taken to be this much larger than they seem: too wide costs less than too narrow.
+const ROOMY: f32 = 1.1;
 /// Turns that are tried for a window.
 const TURNS: u32 = 12;
 
