@@ -455,6 +455,7 @@ impl Finds {
                 radius: source.radius,
                 flux,
                 strength: source.strength,
+                of_zone: bounce > 0,
             });
         }
     }

@@ -73,7 +73,9 @@ impl Cones {
         self.count = 0;
         self.effective = 0.0;
         let mut expected = [0f32; MOST];
-        let (mut sum, mut flux) = (0.0, 0.0);
+        // Per kind of source, luminaires and zones: what is expected of them here, and their flux nearby. Expectations of
+        // one kind can be compared, those of two less well: there the records know better.
+        let (mut sum, mut flux, mut kind) = ([0.0; 2], [0.0; 2], [0u8; MOST]);
         for c in records.near(x, n) {
             let (axis, sin2, seen) = records.cone(c, x);
             let cos = axis.dot(n);
@@ -90,8 +92,9 @@ impl Cones {
             let known = c.linear != NONE || signature.is_known();
             let cos = cos.max(0.5 * sin2.sqrt());
             expected[k] = if known { signature.strength * height * seen * cos } else { 0.0 };
-            sum += expected[k];
-            flux += c.share;
+            kind[k] = signature.kind & 1;
+            sum[kind[k] as usize] += expected[k];
+            flux[kind[k] as usize] += c.share;
             self.count += 1;
             if self.count == MOST {
                 break;
@@ -100,12 +103,17 @@ impl Cones {
         if self.count == 0 {
             return;
         }
-        let by_flux = BY_FLUX / flux.max(f32::MIN_POSITIVE);
-        let by_expectation = if sum > 0.0 { (1.0 - BY_FLUX - EVENLY) / sum } else { 0.0 };
-        let even = (if sum > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.count as f32;
+        let all_flux = (flux[0] + flux[1]).max(f32::MIN_POSITIVE);
+        let promising = (0..2).map(|g| if sum[g] > 0.0 { flux[g] } else { 0.0 }).sum::<f32>();
+        let by_flux = BY_FLUX / all_flux;
+        let by_expectation = [0, 1].map(|g| match promising > 0.0 && sum[g] > 0.0 {
+            true => (1.0 - BY_FLUX - EVENLY) * flux[g] / (promising * sum[g]),
+            false => 0.0,
+        });
+        let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.count as f32;
         let (mut cumulative, mut squares) = (0.0, 0.0);
         for (k, expected) in expected[..self.count].iter().enumerate() {
-            let share = by_expectation * expected + by_flux * self.cumulative[k] + even;
+            let share = by_expectation[kind[k] as usize] * expected + by_flux * self.cumulative[k] + even;
             cumulative += share;
             squares += share * share;
             self.cumulative[k] = cumulative;
@@ -283,6 +291,7 @@ mod tests {
             radius,
             flux: 1.0 + i as f32,
             strength: 1.0,
+            of_zone: false,
         };
         let all = vec![
             record(0, Vec3::new(0.0, 0.0, 2.0), 0.3),

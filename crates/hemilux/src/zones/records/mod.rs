@@ -44,6 +44,8 @@ pub struct Record {
     pub flux: f32,
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
+    /// Whether it comes from a bright zone, not from a luminaire.
+    pub of_zone: bool,
 }
 
 /// A signature that matters in a neighbourhood.
@@ -446,6 +448,7 @@ mod tests {
                     radius: 0.002,
                     flux: 1.0,
                     strength: 1.0,
+                    of_zone: false,
                 }
             })
             .collect()

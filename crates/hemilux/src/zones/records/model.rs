@@ -22,7 +22,7 @@ pub(super) struct Place {
 
 wire!(Place { centre, radius });
 wire!(Window { centre, normal, axes });
-wire!(Signature { places, windows, strength });
+wire!(Signature { places, windows, strength, kind });
 wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
@@ -167,6 +167,8 @@ pub(super) struct Signature {
     pub windows: [Option<Window>; 2],
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
+    /// 1 if the source is a bright zone, 0 if it is a luminaire.
+    pub kind: u8,
 }
 
 /// Records from which on a signature shows the size of its patches.
@@ -262,6 +264,7 @@ impl Signature {
             windows: [window(0), window(1)],
             places: [Place::fit(records, |r| r.length, Some(records[0].radius)), patches[0], patches[1]],
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
+            kind: records[0].of_zone as u8,
         }
     }
 }
