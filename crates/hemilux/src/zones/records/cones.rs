@@ -22,7 +22,7 @@ const WIDEST: f32 = 0.15;
 const BY_FLUX: f32 = 0.25;
 const EVENLY: f32 = 0.1;
 /// An image seen past a patch of its chain counts this much.
-const BESIDE: f32 = 0.1;
+const BESIDE: f32 = 0.05;
 
 /// A mixture of cones of directions.
 #[derive(Clone, Debug)]
@@ -86,7 +86,8 @@ impl Cones {
             let k = self.count;
             (self.axis[0][k], self.axis[1][k], self.axis[2][k]) = (axis.x, axis.y, axis.z);
             self.height[k] = height;
-            self.cumulative[k] = c.share;
+            // What is not expected to be seen hardly counts by its records either: they lie elsewhere.
+            self.cumulative[k] = c.share * if seen == BESIDE { BESIDE } else { 1.0 };
             let signature = &records.signatures[c.signature as usize];
             // Where nobody knows what limits the image, its size says nothing.
             let known = c.linear != NONE || signature.is_known();
@@ -94,7 +95,7 @@ impl Cones {
             expected[k] = if known { signature.strength * height * seen * cos } else { 0.0 };
             kind[k] = signature.kind & 1;
             sum[kind[k] as usize] += expected[k];
-            flux[kind[k] as usize] += c.share;
+            flux[kind[k] as usize] += self.cumulative[k];
             self.count += 1;
             if self.count == MOST {
                 break;
