@@ -15,11 +15,13 @@ mod model;
 pub use cones::{Cones, MOST};
 
 use super::kd::{Cuts, Group, Kd, Placed, morton};
-use super::wire::wire;
+use super::file::ZoneFileError;
+use super::wire::{Wire, wire};
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// One arrival through a specular chain.
 #[derive(Clone, Copy, Debug)]
@@ -71,9 +73,13 @@ pub struct Records {
     /// First candidate of each leaf, and one past the last.
     first: Vec<u32>,
     candidates: Vec<Candidate>,
+    /// How far apart points of each leaf may lie to expect the same (m).
+    grains: Vec<f32>,
     signatures: Vec<Signature>,
     linears: Vec<Linear>,
     records: u64,
+    /// No two live ones are alike.
+    identity: Identity,
 }
 
 impl std::fmt::Debug for Records {
@@ -115,7 +121,7 @@ const WORTH_A_CUT: f32 = 0.8;
 const UNRECORDED: f32 = 0.25;
 
 wire!(Candidate { signature, linear, best, gates, share });
-wire!(Records { kd, first, candidates, signatures, linears, records });
+wire!(Records { kd, first, candidates, grains, signatures, linears, records, identity });
 
 impl Default for Records {
     fn default() -> Self {
@@ -123,9 +129,11 @@ impl Default for Records {
             kd: Kd::default(),
             first: vec![0],
             candidates: Vec::new(),
+            grains: Vec::new(),
             signatures: Vec::new(),
             linears: Vec::new(),
             records: 0,
+            identity: Identity::default(),
         }
     }
 }
@@ -141,10 +149,35 @@ fn distinct(records: &[Record]) -> usize {
 /// What was found in a leaf: candidates, and their regressions.
 type Found = Vec<(Candidate, Option<Linear>)>;
 
+/// A list of candidates, and how far apart points may lie to expect the same of them (m).
+struct Cell {
+    list: Vec<Candidate>,
+    grain: f32,
+}
+
+/// A number that no other solution of this process has. It is not stored, and nothing but sameness depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Identity(u64);
+
+impl Default for Identity {
+    fn default() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Identity(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+impl Wire for Identity {
+    fn put(&self, _: &mut Vec<u8>) {}
+
+    fn take(_: &mut &[u8]) -> Result<Self, ZoneFileError> {
+        Ok(Identity::default())
+    }
+}
+
 /// A finished leaf, cut into cells: the candidates of each, which name regressions by their place in `linears`.
 struct Leaf {
     cuts: Cuts,
-    cells: Vec<Vec<Candidate>>,
+    cells: Vec<Cell>,
     linears: Vec<Linear>,
 }
 
@@ -167,8 +200,9 @@ impl Records {
         for mut leaf in leaves {
             let before = all.linears.len() as u32;
             for cell in &mut leaf.cells {
-                cell.iter_mut().filter(|c| c.linear != NONE).for_each(|c| c.linear += before);
-                all.candidates.append(cell);
+                cell.list.iter_mut().filter(|c| c.linear != NONE).for_each(|c| c.linear += before);
+                all.candidates.append(&mut cell.list);
+                all.grains.push(cell.grain);
                 all.first.push(all.candidates.len() as u32);
             }
             all.linears.append(&mut leaf.linears);
@@ -203,7 +237,7 @@ impl Records {
         list: Vec<Candidate>,
         (low, high): (Vec3, Vec3),
         room: usize,
-        cells: &mut Vec<Vec<Candidate>>,
+        cells: &mut Vec<Cell>,
     ) -> Cuts {
         let before = cells.len();
         let size = high - low;
@@ -217,14 +251,35 @@ impl Records {
                 let part = list.iter().filter(|c| !self.is_missed(c, centre, radius)).copied().collect();
                 self.cut(part, (low, high), room / 2, cells)
             });
-            let total: usize = cells[before..].iter().map(Vec::len).sum();
+            let total: usize = cells[before..].iter().map(|c| c.list.len()).sum();
             if (total as f32) < WORTH_A_CUT * (list.len() * (cells.len() - before)) as f32 {
                 return Cuts::Across { axis: axis as u8, at, halves: Box::new(halves) };
             }
             cells.truncate(before);
         }
-        cells.push(keep_most(list));
+        let list = keep_most(list);
+        let grain = self.grain(&list, low, high);
+        cells.push(Cell { list, grain });
         Cuts::Whole
+    }
+
+    /// How far apart points in a box may lie to expect the same of all but a quarter of `list`.
+    fn grain(&self, list: &[Candidate], low: Vec3, high: Vec3) -> f32 {
+        let whole = 0.5 * (high - low).length();
+        let x = 0.5 * (low + high);
+        let mut grains: Vec<f32> = list
+            .iter()
+            .filter(|c| c.linear == NONE)
+            .map(|c| self.signatures[c.signature as usize].grain(x))
+            .filter(|g| g.is_finite())
+            .collect();
+        let quarter = grains.len() / 4;
+        let grain = match grains.is_empty() {
+            true => whole,
+            false => *grains.select_nth_unstable_by(quarter, f32::total_cmp).1,
+        };
+        // Coordinates over the grain must stay within what an i32 tells apart.
+        grain.min(whole).max(1e-6 * low.abs().max(high.abs()).max_element()).max(f32::MIN_POSITIVE)
     }
 
     /// Whether a candidate is known not to be seen from anywhere within `radius` of `x`.
@@ -372,6 +427,8 @@ impl Records {
         !self.first.is_empty()
             && self.kd.is_sound(self.first.len() - 1)
             && self.first.is_sorted()
+            && self.grains.len() + 1 == self.first.len()
+            && self.grains.iter().all(|g| *g > 0.0)
             && self.first.last().is_some_and(|l| *l as usize == self.candidates.len())
             && self.candidates.iter().all(known)
     }
@@ -394,12 +451,9 @@ impl Records {
             + self.linears.len() * size_of::<Linear>()
     }
 
-    /// The candidates near `p` on a surface that faces `n`.
-    fn near(&self, p: Vec3, n: Vec3) -> &[Candidate] {
-        match self.kd.leaf(p, n) {
-            Some(leaf) => &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize],
-            None => &[],
-        }
+    /// The candidates of a leaf.
+    fn in_cell(&self, leaf: usize) -> &[Candidate] {
+        &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize]
     }
 }
 

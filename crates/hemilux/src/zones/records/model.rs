@@ -81,15 +81,11 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The cone around it as seen from `x`: axis, squared sine of the half-angle.
-    #[inline]
-    pub fn cone(&self, x: Vec3) -> (Vec3, f32) {
-        let to = self.centre - x;
-        let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
-        let axis = to * distance2.sqrt().recip();
+    /// The ball around it, as seen along unit `axis`: centre (m), squared radius (m²).
+    pub fn ball(&self, axis: Vec3) -> (Vec3, f32) {
         let across = |d: Vec3| (d - axis * axis.dot(d)).length_squared();
         let [a, b] = self.half;
-        (axis, (across(a + b).max(across(a - b)) / distance2).min(1.0))
+        (self.centre, across(a + b).max(across(a - b)))
     }
 }
 
@@ -120,6 +116,11 @@ impl Window {
         (0..TURNS)
             .map(turned)
             .min_by(|x, y| (x.axes[0].1 * x.axes[1].1).total_cmp(&(y.axes[0].1 * y.axes[1].1)))
+    }
+
+    /// Its smaller half-length (m).
+    pub fn narrow(&self) -> f32 {
+        self.axes[0].1.min(self.axes[1].1)
     }
 
     /// What is seen through it from `x` of a ball around unit `axis` with half-angle `angle` (radians, small), give or take
@@ -171,6 +172,10 @@ pub(super) struct Signature {
     pub kind: u8,
 }
 
+/// A patch may move so much of its half-width against the image, and a way may differ by so much of its length, before
+/// another is seen.
+const ALIKE: f32 = 0.3;
+const SHORT: f32 = 0.1;
 /// Records from which on a signature shows the size of its patches.
 const SHOWN: usize = 8;
 
@@ -251,6 +256,21 @@ impl Signature {
                 }
             }
         })
+    }
+
+    /// How far from `x` the image is seen through about the same part of its patches (m).
+    pub fn grain(&self, x: Vec3) -> f32 {
+        let image = self.places[0];
+        let distance = (image.centre - x).length();
+        let axis = (image.centre - x) / distance;
+        let through = |k: usize| {
+            let place = &self.places[k + 1];
+            let along = (place.centre - x).dot(axis);
+            let narrow = self.windows[k].map_or(place.radius, |w| w.narrow());
+            let size = narrow + image.radius / distance * along.abs();
+            (ALIKE * size / (1.0 - along / distance).abs()).min(SHORT * along.abs())
+        };
+        through(0).min(through(1)).min(SHORT * distance)
     }
 
     pub fn fit(records: &[Record]) -> Signature {
