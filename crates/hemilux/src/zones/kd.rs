@@ -35,40 +35,6 @@ impl Default for Kd {
     }
 }
 
-/// How a leaf is cut further.
-#[derive(Clone, Debug)]
-pub(super) enum Cuts {
-    /// Not at all.
-    Whole,
-    /// Below and from coordinate `at` on.
-    Across { axis: u8, at: f32, halves: Box<[Cuts; 2]> },
-}
-
-impl Cuts {
-    fn leaves(&self) -> u32 {
-        match self {
-            Cuts::Whole => 1,
-            Cuts::Across { halves, .. } => halves.iter().map(Cuts::leaves).sum(),
-        }
-    }
-
-    fn append(&self, nodes: &mut Vec<Node>, next: &mut u32) -> u32 {
-        let node = match self {
-            Cuts::Whole => {
-                *next += 1;
-                Node::Leaf(*next - 1)
-            }
-            Cuts::Across { axis, at, halves } => {
-                let [a, b] = halves.as_ref();
-                let children = [a.append(nodes, next), b.append(nodes, next)];
-                Node::Split { axis: *axis, at: *at, children }
-            }
-        };
-        nodes.push(node);
-        nodes.len() as u32 - 1
-    }
-}
-
 /// What lies in a leaf, and its box.
 pub(super) struct Group<'a, T> {
     pub members: &'a [T],
@@ -130,36 +96,6 @@ impl Kd {
         };
         self.nodes.push(node);
         self.nodes.len() as u32 - 1
-    }
-
-    /// The same tree with every leaf cut further, as `cuts` says; leaves are numbered anew in the order in which the cuts
-    /// name them.
-    pub fn refined(&self, cuts: &[Cuts]) -> Kd {
-        let mut first: Vec<u32> = Vec::with_capacity(cuts.len());
-        let mut leaves = 0;
-        for c in cuts {
-            first.push(leaves);
-            leaves += c.leaves();
-        }
-        let mut nodes = Vec::new();
-        // A node comes after its children, so they have their new numbers already.
-        let mut renamed: Vec<u32> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let name = match node {
-                Node::Leaf(leaf) => {
-                    let mut next = first[*leaf as usize];
-                    cuts[*leaf as usize].append(&mut nodes, &mut next)
-                }
-                Node::Split { axis, at, children } => {
-                    let children = children.map(|c| renamed[c as usize]);
-                    nodes.push(Node::Split { axis: *axis, at: *at, children });
-                    nodes.len() as u32 - 1
-                }
-            };
-            renamed.push(name);
-        }
-        let root = |r: u32| if r == NONE { NONE } else { renamed[r as usize] };
-        Kd { nodes, roots: self.roots.map(root) }
     }
 
     /// The leaf that `p` on a surface facing unit `n` belongs to.
@@ -313,17 +249,6 @@ mod tests {
                 assert!(leaf.members.iter().any(|m| m.0 == p), "{p} is not in its own leaf");
             }
         }
-    }
-
-    #[test]
-    fn leaves_can_be_cut_further() {
-        let mut found: Vec<At> = [0.0, 1.0, 2.0, 3.0].map(|x| At(Vec3::X * x)).into();
-        let (kd, _) = Kd::new(&mut found, |here| here.len() <= 2);
-        let halves = Box::new([Cuts::Whole, Cuts::Whole]);
-        let fine = kd.refined(&[Cuts::Whole, Cuts::Across { axis: 0, at: 2.5, halves }]);
-        assert!(fine.is_sound(3));
-        let leaves = [0.0, 1.0, 2.0, 3.0].map(|x| fine.leaf(Vec3::X * x, Vec3::Z).unwrap());
-        assert_eq!(leaves, [0, 0, 1, 2]);
     }
 
     #[test]

@@ -22,7 +22,7 @@ const WIDEST: f32 = 0.15;
 /// Share of the samples by flux of nearby records, and without regard to anything.
 const BY_FLUX: f32 = 0.25;
 const EVENLY: f32 = 0.1;
-/// An image seen past a patch of its chain counts this much.
+/// An image that is seen from elsewhere in the spot only counts this much.
 const BESIDE: f32 = 0.05;
 
 /// A mixture of cones of directions.
@@ -234,7 +234,10 @@ impl Spot {
     /// Where it is remembered.
     fn slot(&self) -> usize {
         let [x, y, z] = self.at.map(|v| v as u32);
-        let hash = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77) ^ z.wrapping_mul(0xc2b2_ae3d) ^ self.cell;
+        let hash = x.wrapping_mul(0x9e37_79b1)
+            ^ y.wrapping_mul(0x85eb_ca77)
+            ^ z.wrapping_mul(0xc2b2_ae3d)
+            ^ self.cell;
         (hash.wrapping_mul(0x9e37_79b1) >> (32 - SLOTS.trailing_zeros())) as usize
     }
 }
@@ -268,7 +271,10 @@ struct Expected {
 impl Expected {
     fn fill(&mut self, records: &Records, spot: Spot) {
         self.spot = Some(spot);
-        self.centre.iter_mut().chain([&mut self.radius2, &mut self.share, &mut self.cumulative]).for_each(Vec::clear);
+        self.centre
+            .iter_mut()
+            .chain([&mut self.radius2, &mut self.share, &mut self.cumulative])
+            .for_each(Vec::clear);
         self.linears.clear();
         self.bring.clear();
         let grain = records.grains[spot.cell as usize];
@@ -278,7 +284,7 @@ impl Expected {
         // one kind can be compared, those of two less well: there the records know better.
         let (mut sum, mut flux) = ([0.0; 2], [0.0; 2]);
         for c in records.in_cell(spot.cell as usize) {
-            let View { centre, radius2, seen } = records.view(c, x, 0.87 * grain);
+            let Some(View { centre, radius2, seen }) = records.view(c, x, 0.87 * grain) else { continue };
             let to = centre - x;
             let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
             let (cos, sin2) = (to.dot(n) / distance2.sqrt(), (radius2 / distance2).min(1.0));
@@ -291,12 +297,10 @@ impl Expected {
             // Where nobody knows what limits the image, its size says nothing.
             let known = c.linear != NONE || signature.is_known();
             let bring = signature.strength * height_of(sin2) * seen * cos.max(0.5 * sin2.sqrt());
-            // What is not expected to be seen hardly counts by its records either: they lie elsewhere.
-            let by_flux = c.share * if seen == BESIDE { BESIDE } else { 1.0 };
             let kind = signature.kind & 1;
             let bring = if known { bring } else { 0.0 };
             sum[kind as usize] += bring;
-            flux[kind as usize] += by_flux;
+            flux[kind as usize] += c.share;
             if c.linear != NONE {
                 self.linears.push((self.share.len() as u32, c.linear));
             }
@@ -305,7 +309,7 @@ impl Expected {
                 all.push(v);
             }
             self.radius2.push(radius2);
-            self.share.push(by_flux);
+            self.share.push(c.share);
             if self.share.len() == MOST {
                 break;
             }
@@ -345,11 +349,11 @@ struct View {
 }
 
 impl Records {
-    /// The view of a candidate from within `radius` of `x`.
-    fn view(&self, c: &Candidate, x: Vec3, radius: f32) -> View {
+    /// The view of a candidate from within `radius` of `x`; none if a patch is known to be beside every ray to its image.
+    fn view(&self, c: &Candidate, x: Vec3, radius: f32) -> Option<View> {
         if c.linear != NONE {
             let linear = &self.linears[c.linear as usize];
-            return View { centre: x + linear.dir(x), radius2: linear.sin2, seen: 1.0 };
+            return Some(View { centre: x + linear.dir(x), radius2: linear.sin2, seen: 1.0 });
         }
         let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
         let ball = |k: usize| (places[k].centre, places[k].radius * places[k].radius);
@@ -358,9 +362,8 @@ impl Records {
         };
         let (centre, radius2) = ball(c.best as usize);
         if c.gates == 0 {
-            return View { centre, radius2, seen: 1.0 };
+            return Some(View { centre, radius2, seen: 1.0 });
         }
-        let missed = View { centre, radius2, seen: BESIDE };
         let (image, image_radius2) = ball(0);
         let distance = (image - x).length();
         let axis = (image - x) / distance;
@@ -376,14 +379,13 @@ impl Records {
             let slack = radius * (1.0 - along / distance).abs();
             match windows[k - 1] {
                 Some(window) => {
-                    let (part, wide) =
-                        (window.part(x, axis, angle, 0.0), window.part(x, axis, angle, slack));
-                    let Some(wide) = wide else { return missed };
+                    let (part, wide) = (window.part(x, axis, angle, 0.0), window.part(x, axis, angle, slack));
+                    let wide = wide?;
                     // The image is round, not square.
-                    let area = std::f32::consts::FRAC_PI_4
-                        * part.map_or(BESIDE * wide.area, |p| p.area)
+                    let area = std::f32::consts::FRAC_PI_4 * part.map_or(BESIDE * wide.area, |p| p.area)
                         / (wide.distance * wide.distance);
-                    let (centre, radius2) = if wide.clipped { wide.ball(axis) } else { (image, image_radius2) };
+                    let (centre, radius2) =
+                        if wide.clipped { wide.ball(axis) } else { (image, image_radius2) };
                     let sin2 = sin2(centre, radius2);
                     if sin2 <= sin2_of(&tightest, x) {
                         tightest =
@@ -394,12 +396,12 @@ impl Records {
                 None => {
                     let offset = axis * along - to;
                     if offset.length() > places[k].radius + angle * along.abs() + slack {
-                        return missed;
+                        return None;
                     }
                 }
             }
         }
-        tightest
+        Some(tightest)
     }
 }
 

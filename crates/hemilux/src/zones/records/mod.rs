@@ -14,8 +14,8 @@ mod model;
 
 pub use cones::{Cones, MOST};
 
-use super::kd::{Cuts, Group, Kd, Placed, morton};
 use super::file::ZoneFileError;
+use super::kd::{Group, Kd, Placed, morton};
 use super::wire::{Wire, wire};
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
@@ -110,12 +110,6 @@ const OUTSIDE: f32 = 0.3;
 pub const LARGE: f32 = 0.15;
 /// Leaves with fewer candidates than this are filled up with signatures that must be visible from them.
 const ROOM: usize = MOST;
-/// Lists are cut shorter, and filled up, while all of them together hold about this many candidates (16 bytes each).
-const CANDIDATES: usize = 1 << 22;
-/// A list this short is not worth cutting.
-const FEW: usize = 32;
-/// A leaf is cut if the lists of its cells, on the mean, become shorter than this part of its own.
-const WORTH_A_CUT: f32 = 0.8;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
@@ -149,12 +143,6 @@ fn distinct(records: &[Record]) -> usize {
 /// What was found in a leaf: candidates, and their regressions.
 type Found = Vec<(Candidate, Option<Linear>)>;
 
-/// A list of candidates, and how far apart points may lie to expect the same of them (m).
-struct Cell {
-    list: Vec<Candidate>,
-    grain: f32,
-}
-
 /// A number that no other solution of this process has. It is not stored, and nothing but sameness depends on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Identity(u64);
@@ -174,13 +162,6 @@ impl Wire for Identity {
     }
 }
 
-/// A finished leaf, cut into cells: the candidates of each, which name regressions by their place in `linears`.
-struct Leaf {
-    cuts: Cuts,
-    cells: Vec<Cell>,
-    linears: Vec<Linear>,
-}
-
 impl Records {
     /// Group the records. The result depends on `records` and their order alone.
     pub fn new(mut records: Vec<Record>) -> Records {
@@ -192,85 +173,32 @@ impl Records {
         let (kd, groups) = Kd::new(&mut records, small);
         all.kd = kd;
         let this = &all;
-        let leaves: Vec<Leaf> = (0..groups.len())
+        let found: Vec<(Found, f32)> = (0..groups.len())
             .into_par_iter()
-            .map_init(Vec::new, |near, i| this.cells(&groups, i, near))
+            .map_init(|| Nearby::new(this.signatures.len()), |near, i| this.leaf(&groups, i, near))
             .collect();
-        let mut cuts = Vec::with_capacity(leaves.len());
-        for mut leaf in leaves {
-            let before = all.linears.len() as u32;
-            for cell in &mut leaf.cells {
-                cell.list.iter_mut().filter(|c| c.linear != NONE).for_each(|c| c.linear += before);
-                all.candidates.append(&mut cell.list);
-                all.grains.push(cell.grain);
-                all.first.push(all.candidates.len() as u32);
+        for (leaf, grain) in found {
+            for (mut candidate, linear) in leaf {
+                if let Some(linear) = linear {
+                    candidate.linear = all.linears.len() as u32;
+                    all.linears.push(linear);
+                }
+                all.candidates.push(candidate);
             }
-            all.linears.append(&mut leaf.linears);
-            cuts.push(leaf.cuts);
+            all.first.push(all.candidates.len() as u32);
+            all.grains.push(grain);
         }
-        all.kd = all.kd.refined(&cuts);
         all
     }
 
-    /// Leaf `i`, cut into cells as long as their lists grow shorter by it.
-    fn cells(&self, groups: &[Group<Record>], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Leaf {
-        let room = CANDIDATES / groups.len();
-        let mut leaf = Leaf { cuts: Cuts::Whole, cells: Vec::new(), linears: Vec::new() };
-        let found = self.leaf(groups, i, room.clamp(FEW, ROOM), near);
-        let mut list = Vec::with_capacity(found.len());
-        for (mut candidate, linear) in found {
-            if let Some(linear) = linear {
-                candidate.linear = leaf.linears.len() as u32;
-                leaf.linears.push(linear);
-            }
-            list.push(candidate);
-        }
-        let Group { low, high, .. } = groups[i];
-        leaf.cuts = self.cut(list, (low, high), room, &mut leaf.cells);
-        leaf
-    }
-
-    /// Cut the box of a list in half, again and again, and leave out of each half what is known not to be seen from it: while
-    /// that brings something, and while the lists stay within `room` in all.
-    fn cut(
-        &self,
-        list: Vec<Candidate>,
-        (low, high): (Vec3, Vec3),
-        room: usize,
-        cells: &mut Vec<Cell>,
-    ) -> Cuts {
-        let before = cells.len();
-        let size = high - low;
-        let axis = size.max_position();
-        if list.len() > FEW && list.len() < room && size[axis] > 0.0 {
-            let at = low[axis] + 0.5 * size[axis];
-            let (mut below, mut above) = (high, low);
-            (below[axis], above[axis]) = (at, at);
-            let halves = [(low, below), (above, high)].map(|(low, high)| {
-                let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
-                let part = list.iter().filter(|c| !self.is_missed(c, centre, radius)).copied().collect();
-                self.cut(part, (low, high), room / 2, cells)
-            });
-            let total: usize = cells[before..].iter().map(|c| c.list.len()).sum();
-            if (total as f32) < WORTH_A_CUT * (list.len() * (cells.len() - before)) as f32 {
-                return Cuts::Across { axis: axis as u8, at, halves: Box::new(halves) };
-            }
-            cells.truncate(before);
-        }
-        let list = keep_most(list);
-        let grain = self.grain(&list, low, high);
-        cells.push(Cell { list, grain });
-        Cuts::Whole
-    }
-
     /// How far apart points in a box may lie to expect the same of all but a quarter of `list`.
-    fn grain(&self, list: &[Candidate], low: Vec3, high: Vec3) -> f32 {
+    fn grain(&self, list: &Found, low: Vec3, high: Vec3) -> f32 {
         let whole = 0.5 * (high - low).length();
         let x = 0.5 * (low + high);
         let mut grains: Vec<f32> = list
             .iter()
-            .filter(|c| c.linear == NONE)
-            .map(|c| self.signatures[c.signature as usize].grain(x))
+            .filter(|f| f.1.is_none())
+            .map(|f| self.signatures[f.0.signature as usize].grain(x))
             .filter(|g| g.is_finite())
             .collect();
         let quarter = grains.len() / 4;
@@ -280,11 +208,6 @@ impl Records {
         };
         // Coordinates over the grain must stay within what an i32 tells apart.
         grain.min(whole).max(1e-6 * low.abs().max(high.abs()).max_element()).max(f32::MIN_POSITIVE)
-    }
-
-    /// Whether a candidate is known not to be seen from anywhere within `radius` of `x`.
-    fn is_missed(&self, c: &Candidate, x: Vec3, radius: f32) -> bool {
-        c.linear == NONE && self.signatures[c.signature as usize].is_missed_from(x, radius)
     }
 
     /// Replace each record's signature by its index, and fit what each signature's records have in common.
@@ -299,70 +222,65 @@ impl Records {
             .for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
     }
 
-    /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it.
-    /// `near` is scratch space.
-    fn leaf(
-        &self,
-        groups: &[Group<Record>],
-        i: usize,
-        room: usize,
-        near: &mut Vec<(u32, u32, u32)>,
-    ) -> Found {
+    /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it; and its
+    /// grain.
+    fn leaf(&self, groups: &[Group<Record>], i: usize, near: &mut Nearby) -> (Found, f32) {
         let Group { members, low, high } = groups[i];
-        let (wide_low, wide_high) = groups[i].dilated(DILATE);
-        let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
-        near.clear();
-        self.kd.visit(members[0].n, wide_low, wide_high, &mut |leaf| {
-            for (k, r) in groups[leaf as usize].members.iter().enumerate() {
-                if within(r.p, wide_low, wide_high) {
-                    near.push((r.signature, leaf, k as u32));
-                }
-            }
-        });
-        near.sort_unstable();
-        let record = |at: &(u32, u32, u32)| &groups[at.1 as usize].members[at.2 as usize];
-        let centre = (low + high) * 0.5;
+        let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        near.collect(&self.kd, groups, i);
         let mut found: Found = Vec::new();
-        let mut group: Vec<Record> = Vec::new();
-        for names in near.chunk_by(|a, b| a.0 == b.0) {
-            let weight = |r: &Record| r.flux * if within(r.p, low, high) { 1.0 } else { OUTSIDE };
-            let share: f32 = names.iter().map(|at| weight(record(at))).sum();
-            let mut candidate = self.candidate(names[0].0, share, centre);
-            let place = self.signatures[names[0].0 as usize].places[candidate.best as usize].sin2(centre);
-            let first = record(&names[0]);
+        near.curved.clear();
+        for &name in &near.names {
+            let candidate = self.candidate(name, near.shares[name as usize], centre);
+            let signature = &self.signatures[name as usize];
+            let place = signature.places[candidate.best as usize].sin2(centre);
+            let (leaf, k) = near.first[name as usize];
+            let first = &groups[leaf as usize].members[k as usize];
             let seen = first.radius / first.length;
             // No regression where a fixed place says as much.
-            if place <= 2.5 * seen * seen {
+            if place > 2.5 * seen * seen {
+                near.curved.push(name);
+            } else if !signature.is_missed_from(centre, radius) {
                 found.push((candidate, None));
-                continue;
             }
-            group.clear();
-            group.extend(names.iter().map(record));
+        }
+        self.regressions(&mut found, groups, i, near);
+        let mut names: Vec<u32> = found.iter().map(|f| f.0.signature).collect();
+        names.sort_unstable();
+        self.unrecorded(&mut found, &names, centre, radius, members[0].n);
+        let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
+        found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
+        found.truncate(MOST);
+        let total: f32 = found.iter().map(|f| f.0.share).sum();
+        found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
+        // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
+        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0.signature));
+        let grain = self.grain(&found, low, high);
+        (found, grain)
+    }
+
+    /// The candidates of the signatures around leaf `i` that no fixed place explains.
+    fn regressions(&self, found: &mut Found, groups: &[Group<Record>], i: usize, near: &Nearby) {
+        let Group { low, high, .. } = groups[i];
+        let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        for (name, mut group) in near.curved_records(&self.kd, groups, i) {
+            let share = near.shares[name as usize];
+            let mut candidate = self.candidate(name, share, centre);
+            let signature = &self.signatures[name as usize];
+            let place = signature.places[candidate.best as usize].sin2(centre);
             let mut rest = group.len();
             let images = Linear::fit_images(&mut group, IMAGES);
             for (linear, count) in images {
                 let part = count as f32 / group.len() as f32;
                 let linear = linear.filter(|l| l.sin2 < 0.7 * place);
                 // What no regression explains is left to the places, once.
-                if linear.is_some() || rest == group.len() {
+                if linear.is_some() || rest == group.len() && !signature.is_missed_from(centre, radius) {
                     candidate.gates = if linear.is_some() { 0 } else { candidate.gates };
                     found.push((Candidate { share: share * part, ..candidate }, linear));
                 }
                 rest -= count;
             }
         }
-        let radius = 0.5 * (high - low).length();
-        // What was recorded nearby may still be known not to be seen from here.
-        found.retain(|f| f.1.is_some() || !self.is_missed(&f.0, centre, radius));
-        self.unrecorded(&mut found, centre, radius, members[0].n, room);
-        let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
-        found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
-        found.truncate(2 * MOST);
-        let total: f32 = found.iter().map(|f| f.0.share).sum();
-        found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
-        // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
-        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0.signature));
-        found
     }
 
     /// A signature as seen from a leaf around `centre`.
@@ -378,8 +296,8 @@ impl Records {
 
     /// Add the signatures that the places of their images and patches make visible from around `centre`, those that promise
     /// most first, as far as there is room.
-    fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3, room: usize) {
-        let room = room.saturating_sub(found.len());
+    fn unrecorded(&self, found: &mut Found, known: &[u32], centre: Vec3, radius: f32, n: Vec3) {
+        let room = ROOM.saturating_sub(found.len());
         if room == 0 {
             return;
         }
@@ -393,7 +311,7 @@ impl Records {
             let name = name as u32;
             if signature.is_visible_from(centre, radius, n)
                 && !signature.is_missed_from(centre, radius)
-                && found.binary_search_by_key(&name, |f| f.0.signature).is_err()
+                && known.binary_search(&name).is_err()
             {
                 more.push(self.candidate(name, share, centre));
             }
@@ -457,16 +375,74 @@ impl Records {
     }
 }
 
-/// The [`MOST`] candidates with the largest shares, in the order given.
-fn keep_most(mut list: Vec<Candidate>) -> Vec<Candidate> {
-    if list.len() > MOST {
-        let mut shares: Vec<f32> = list.iter().map(|c| c.share).collect();
-        let (_, least, _) = shares.select_nth_unstable_by(MOST - 1, |a, b| b.total_cmp(a));
-        let least = *least;
-        list.retain(|c| c.share >= least);
-        list.truncate(MOST);
+/// The signatures recorded around a leaf; scratch space of one thread.
+struct Nearby {
+    /// Flux of each signature, weighted; 0 where it is not near.
+    shares: Vec<f32>,
+    /// A record of each, by leaf and number.
+    first: Vec<(u32, u32)>,
+    /// Those that are near, in order.
+    names: Vec<u32>,
+    /// Those of them that no fixed place explains, in order.
+    curved: Vec<u32>,
+}
+
+fn within(p: Vec3, low: Vec3, high: Vec3) -> bool {
+    p.cmpge(low).all() && p.cmple(high).all()
+}
+
+impl Nearby {
+    fn new(signatures: usize) -> Nearby {
+        Nearby {
+            shares: vec![0.0; signatures],
+            first: vec![(0, 0); signatures],
+            names: Vec::new(),
+            curved: Vec::new(),
+        }
     }
-    list
+
+    /// Call `f` with every record around leaf `i`, its leaf and its number, in an order of their own.
+    fn visit(kd: &Kd, groups: &[Group<Record>], i: usize, f: &mut impl FnMut(&Record, u32, u32)) {
+        let (low, high) = groups[i].dilated(DILATE);
+        kd.visit(groups[i].members[0].n, low, high, &mut |leaf| {
+            for (k, r) in groups[leaf as usize].members.iter().enumerate() {
+                if within(r.p, low, high) {
+                    f(r, leaf, k as u32);
+                }
+            }
+        });
+    }
+
+    fn collect(&mut self, kd: &Kd, groups: &[Group<Record>], i: usize) {
+        for name in self.names.drain(..) {
+            self.shares[name as usize] = 0.0;
+        }
+        let Group { low, high, .. } = groups[i];
+        Nearby::visit(kd, groups, i, &mut |r, leaf, k| {
+            let share = &mut self.shares[r.signature as usize];
+            if *share == 0.0 {
+                self.names.push(r.signature);
+                self.first[r.signature as usize] = (leaf, k);
+            }
+            // Never nothing: a record without flux still says where.
+            let weight = if within(r.p, low, high) { 1.0 } else { OUTSIDE };
+            *share += (r.flux * weight).max(f32::MIN_POSITIVE);
+        });
+        self.names.sort_unstable();
+    }
+
+    /// The records of each signature in `curved`.
+    fn curved_records(&self, kd: &Kd, groups: &[Group<Record>], i: usize) -> Vec<(u32, Vec<Record>)> {
+        let mut all: Vec<(u32, Vec<Record>)> = self.curved.iter().map(|name| (*name, Vec::new())).collect();
+        if !all.is_empty() {
+            Nearby::visit(kd, groups, i, &mut |r, _, _| {
+                if let Ok(at) = self.curved.binary_search(&r.signature) {
+                    all[at].1.push(*r);
+                }
+            });
+        }
+        all
+    }
 }
 
 impl Placed for Record {
