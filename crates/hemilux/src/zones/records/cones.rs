@@ -264,8 +264,18 @@ struct Expected {
     /// Those that follow a regression.
     linears: Vec<(u32, u32)>,
     effective: f32,
-    /// Scratch: what each is expected to bring, and its kind.
-    bring: Vec<(f32, u8)>,
+    /// Scratch.
+    found: Vec<Found>,
+}
+
+/// One of them: a ball, what it is expected to bring, its kind of source, its share of the neighbourhood's flux, its regression.
+struct Found {
+    centre: Vec3,
+    radius2: f32,
+    bring: f32,
+    kind: u8,
+    share: f32,
+    linear: u32,
 }
 
 impl Expected {
@@ -276,7 +286,7 @@ impl Expected {
             .chain([&mut self.radius2, &mut self.share, &mut self.cumulative])
             .for_each(Vec::clear);
         self.linears.clear();
-        self.bring.clear();
+        self.found.clear();
         let grain = records.grains[spot.cell as usize];
         let x = Vec3::from_array(spot.at.map(|v| (v as f32 + 0.5) * grain));
         let n = Vec3::from_array(spot.n.map(|v| v as f32)).normalize_or(Vec3::Z);
@@ -299,20 +309,24 @@ impl Expected {
             let bring = signature.strength * height_of(sin2) * seen * cos.max(0.5 * sin2.sqrt());
             let kind = signature.kind & 1;
             let bring = if known { bring } else { 0.0 };
-            sum[kind as usize] += bring;
-            flux[kind as usize] += c.share;
-            if c.linear != NONE {
-                self.linears.push((self.share.len() as u32, c.linear));
+            self.found.push(Found { centre, radius2, bring, kind, share: c.share, linear: c.linear });
+        }
+        if self.found.len() > MOST {
+            let mut brings: Vec<f32> = self.found.iter().map(|f| f.bring).collect();
+            let least = *brings.select_nth_unstable_by(MOST - 1, |a, b| b.total_cmp(a)).1;
+            self.found.retain(|f| f.bring >= least);
+            self.found.truncate(MOST);
+        }
+        for (k, found) in self.found.iter().enumerate() {
+            sum[found.kind as usize] += found.bring;
+            flux[found.kind as usize] += found.share;
+            if found.linear != NONE {
+                self.linears.push((k as u32, found.linear));
             }
-            self.bring.push((bring, kind));
-            for (all, v) in self.centre.iter_mut().zip(centre.to_array()) {
+            for (all, v) in self.centre.iter_mut().zip(found.centre.to_array()) {
                 all.push(v);
             }
-            self.radius2.push(radius2);
-            self.share.push(c.share);
-            if self.share.len() == MOST {
-                break;
-            }
+            self.radius2.push(found.radius2);
         }
         self.shares(sum, flux);
     }
@@ -326,12 +340,13 @@ impl Expected {
             true => (1.0 - BY_FLUX - EVENLY) * flux[g] / (promising * sum[g]),
             false => 0.0,
         });
-        let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.share.len().max(1) as f32;
+        let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.found.len().max(1) as f32;
         let (mut cumulative, mut squares) = (0.0, 0.0);
-        for (share, (bring, kind)) in self.share.iter_mut().zip(&self.bring) {
-            *share = by_expectation[*kind as usize] * bring + by_flux * *share + even;
-            cumulative += *share;
-            squares += *share * *share;
+        for found in &self.found {
+            let share = by_expectation[found.kind as usize] * found.bring + by_flux * found.share + even;
+            cumulative += share;
+            squares += share * share;
+            self.share.push(share);
             self.cumulative.push(cumulative);
         }
         // Rounding must not leave the last cone short, nor the densities too high.

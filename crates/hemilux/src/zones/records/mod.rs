@@ -109,7 +109,9 @@ const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
 pub const LARGE: f32 = 0.15;
 /// Leaves with fewer candidates than this are filled up with signatures that must be visible from them.
-const ROOM: usize = MOST;
+const ROOM: usize = LISTED / 2;
+/// Candidates that a leaf lists at most: those with the largest shares.
+const LISTED: usize = 4096;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
@@ -250,7 +252,7 @@ impl Records {
         self.unrecorded(&mut found, &names, centre, radius, members[0].n);
         let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
         found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
-        found.truncate(MOST);
+        found.truncate(LISTED);
         let total: f32 = found.iter().map(|f| f.0.share).sum();
         found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
         // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
