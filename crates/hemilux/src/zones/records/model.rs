@@ -220,7 +220,7 @@ impl Signature {
         let (to_image, to_window) = (image.centre - x, window.centre - x);
         let (far, near) = (to_image.length(), to_window.length());
         // Beyond the window, and neither so wide that it could be anywhere.
-        if !(near > 4.0 * (window.radius + radius) && far > 4.0 * (image.radius + radius) && far > near) {
+        if !(near > 1.5 * (window.radius + radius) && far > 1.5 * (image.radius + radius) && far > near) {
             return false;
         }
         let to_window = to_window / near;
@@ -238,7 +238,7 @@ impl Signature {
         let distance = to_image.length();
         let angle = self.places[0].radius / distance;
         // Close by or all around, anything can be seen.
-        if !(distance > 4.0 * radius && angle < 0.5) {
+        if !(distance > 2.0 * radius && angle < 0.5) {
             return false;
         }
         let axis = to_image / distance;
@@ -248,10 +248,10 @@ impl Signature {
             // How far the ray to the image moves at the patch when `x` does.
             let slack = radius * (1.0 - along / distance).abs();
             match self.windows[k] {
-                Some(window) => along > 2.0 * radius && window.part(x, axis, angle, slack).is_none(),
+                Some(window) => along > 1.5 * radius && window.part(x, axis, angle, slack).is_none(),
                 None => {
                     let offset = axis * along - (place.centre - x);
-                    along > 2.0 * (radius + place.radius)
+                    along > 1.5 * (radius + place.radius)
                         && offset.length() > place.radius + angle * along + slack
                 }
             }
