@@ -139,7 +139,7 @@ impl Window {
         for (i, (u, half)) in self.axes.iter().enumerate() {
             // The ball's shadow on the plane is longer where the plane is tilted.
             let tilt = u.dot(axis) / cos;
-            let reach = ROOMY * blur * (1.0 + tilt * tilt).sqrt() + slack;
+            let reach = (ROOMY * blur + slack) * (1.0 + tilt * tilt).sqrt();
             let (at, half) = (u.dot(met), ROOMY * half);
             let (low, high) = ((at - reach).max(-half), (at + reach).min(half));
             if low >= high {
@@ -246,7 +246,7 @@ impl Signature {
             let place = &self.places[k + 1];
             let along = (place.centre - x).dot(axis);
             // How far the ray to the image moves at the patch when `x` does.
-            let slack = radius * (1.0 - along / distance).abs();
+            let slack = 1.5 * radius * (1.0 - along / distance).abs();
             match self.windows[k] {
                 Some(window) => along > 1.5 * radius && window.part(x, axis, angle, slack).is_none(),
                 None => {
