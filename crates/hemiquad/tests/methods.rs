@@ -52,7 +52,7 @@ const VALUE: PainterSloan = PainterSloan {
 };
 
 #[test]
-fn jittered_puts_one_sample_in_each_cell_and_sobol_does_better_on_smooth_integrands() {
+fn jittered_puts_one_sample_in_each_cell_and_nets_of_either_order_do_better_on_smooth_integrands() {
     let count = |m: &dyn Method<f64>| {
         let mut cells = [0; 256];
         for p in probes(m, 256, &|_| 0.0) {
@@ -65,6 +65,11 @@ fn jittered_puts_one_sample_in_each_cell_and_sobol_does_better_on_smooth_integra
     let f = |p: Uv<f64>| (p.u + p.v).exp();
     let exact = (std::f64::consts::E - 1.0).powi(2);
     assert!(rms(&Sobol, 8192, exact, &f) < 0.3 * rms(&Jittered, 8192, exact, &f));
+    // The second order pays where there are second derivatives, and only there.
+    assert!(rms(&Interlaced, 8192, exact, &f) < 0.4 * rms(&Sobol, 8192, exact, &f));
+    let disk = |p: Uv<f64>| f64::from((p.u - 0.43).hypot(p.v - 0.56) < 0.31);
+    let area = std::f64::consts::PI * 0.31 * 0.31;
+    assert!(rms(&Interlaced, 8192, area, &disk) > 0.5 * rms(&Sobol, 8192, area, &disk));
 }
 
 #[test]
