@@ -406,9 +406,10 @@ fn vectors_batches_and_channels() {
 fn nothing_is_never_claimed_to_be_known() {
     // HCubature.jl's "stubborn function": two small patches, and not one sample in them. No "0 ± 0".
     let patches = |p: Uv<f64>| if (p.u - 0.31).hypot(p.v - 0.52) < 1e-4 { 1.0 } else { 0.0 };
-    let methods: [&dyn Method<f64>; 12] = [
+    let methods: [&dyn Method<f64>; 13] = [
         &Jittered,
         &Sobol,
+        &Interlaced,
         &ProductGauss { rule: ProductRule::Square },
         &CONTRAST,
         &VALUE,
@@ -439,9 +440,10 @@ fn any_budget_is_survived() {
     let none: [Region; 0] = [];
     let history = History::new(1);
     let trained = Trained::<f64>::new();
-    let methods: [&dyn Method<f64>; 20] = [
+    let methods: [&dyn Method<f64>; 21] = [
         &Jittered,
         &Sobol,
+        &Interlaced,
         &ProductGauss { rule: ProductRule::Square },
         &ProductGauss { rule: ProductRule::Hemisphere },
         &CONTRAST,
