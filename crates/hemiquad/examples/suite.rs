@@ -1,6 +1,8 @@
 //! The one table: every method on every problem.
 //!
-//! `cargo run --release -p hemiquad --example suite -- [--runs 400] [--only PART] [--full]`
+//! `cargo run --release -p hemiquad --example suite -- [--runs 400] [--only PART] [--problem PART] [--threads 2] [--full]`
+//!
+//! `--only` takes the methods, `--problem` the problems, whose names hold PART.
 //!
 //! Relative RMSE at 64, 256, 1024 and 4096 evaluations (a quarter of the runs at 4096), the bias z-score over all runs at 1024,
 //! the coverage of the 95 % interval at 1024, and the worst run at 1024 (relative error). Problems sit at a new random place in
@@ -260,7 +262,8 @@ fn main() {
     let threads: usize = value("--threads").and_then(|v| v.parse().ok()).unwrap_or(2);
     let entries: Vec<Entry> =
         entries().into_iter().filter(|e| only.as_ref().is_none_or(|o| e.name.contains(o.as_str()))).collect();
-    let problems = problems();
+    let part = value("--problem").unwrap_or_default();
+    let problems: Vec<Problem> = problems().into_iter().filter(|p| p.name.contains(&part)).collect();
     let jobs: Vec<(usize, usize)> =
         (0..problems.len()).flat_map(|p| (0..entries.len()).map(move |e| (p, e))).collect();
     let next = AtomicUsize::new(0);
