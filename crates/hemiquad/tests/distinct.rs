@@ -36,7 +36,12 @@ struct Feature {
     error: bool,
 }
 
-fn features(run: &dyn Fn(&mut dyn Integrand<f64>, Key, &mut Workspace<f64>) -> Run) -> Vec<Feature> {
+type Function<'a> = &'a dyn Fn(&Probe) -> f64;
+
+/// One integral by the method in question.
+type One<'a> = &'a dyn Fn(&mut dyn Integrand<f64>, Key, &mut Workspace<f64>) -> Run;
+
+fn features(run: One<'_>) -> Vec<Feature> {
     let mut work = Workspace::new();
     let mut shares: Vec<Feature> = (0..9).map(|_| Feature { values: Vec::new(), error: false }).collect();
     for k in 0..RUNS {
@@ -69,7 +74,7 @@ fn features(run: &dyn Fn(&mut dyn Integrand<f64>, Key, &mut Workspace<f64>) -> R
         d.z
     };
     let lamp = 0.1 * 0.4 + 0.6 + 0.5 + 0.01;
-    let integrands: [(&dyn Fn(&Probe) -> f64, f64); 4] =
+    let integrands: [(Function<'_>, f64); 4] =
         [(&smooth, (std::f64::consts::E - 1.0).powi(2)), (&plane, 1.25), (&cosine, 0.5), (&scene, lamp)];
     for (f, exact) in integrands {
         let one = |k| run(&mut |p: &Probe| f(p), Key::new(k), &mut work).value - exact;
