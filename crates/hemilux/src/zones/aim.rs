@@ -60,11 +60,16 @@ impl Default for Aim {
 
 impl Aim {
     /// Learn from trials, in whatever density they were made.
-    pub fn learn(mut trials: Vec<Trial>) -> Aim {
+    pub fn learn(trials: Vec<Trial>) -> Aim {
+        Aim::learn_deep(trials, DEEPEST)
+    }
+
+    /// The same with at most `deepest` cuts on any way to a box.
+    pub fn learn_deep(mut trials: Vec<Trial>, deepest: u32) -> Aim {
         let mut aim = Aim { nodes: Vec::new() };
         let whole = rms(&trials);
         if whole > 0.0 {
-            aim.cut(&mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], 0, whole);
+            aim.cut(&mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], [0, deepest], whole);
             aim.mix();
         } else {
             aim.nodes.push(Node::Box);
@@ -73,12 +78,19 @@ impl Aim {
     }
 
     /// Cut a box; returns its node and leaves in `low` the integral of the target over the lower half for now.
-    fn cut(&mut self, trials: &mut [Trial], low: Start, high: Start, depth: u32, whole: f32) -> (u32, f32) {
+    fn cut(
+        &mut self,
+        trials: &mut [Trial],
+        low: Start,
+        high: Start,
+        [depth, deepest]: [u32; 2],
+        whole: f32,
+    ) -> (u32, f32) {
         let index = self.nodes.len();
         self.nodes.push(Node::Box);
         let volume: f32 = (0..DIMENSIONS).map(|d| high[d] - low[d]).product();
         let here = rms(trials);
-        if trials.len() < 2 * FEWEST || depth >= DEEPEST {
+        if trials.len() < 2 * FEWEST || depth >= deepest {
             return (index as u32, volume * here);
         }
         let worth = here > 0.02 * whole || depth < 2 * DIMENSIONS as u32;
@@ -94,8 +106,8 @@ impl Aim {
         let (lower, upper) = trials.split_at_mut(split);
         let (mut mid_high, mut mid_low) = (high, low);
         (mid_high[d], mid_low[d]) = (middle, middle);
-        let (left, a) = self.cut(lower, low, mid_high, depth + 1, whole);
-        let (right, b) = self.cut(upper, mid_low, high, depth + 1, whole);
+        let (left, a) = self.cut(lower, low, mid_high, [depth + 1, deepest], whole);
+        let (right, b) = self.cut(upper, mid_low, high, [depth + 1, deepest], whole);
         let share = if a + b > 0.0 { a / (a + b) } else { 0.5 };
         self.nodes[index] = Node::Cut { dimension: d as u8, low: share, children: [left, right] };
         (index as u32, a + b)
@@ -126,6 +138,21 @@ impl Aim {
     /// Whether nothing has been learnt.
     pub fn is_empty(&self) -> bool {
         self.nodes.len() == 1
+    }
+
+    /// The density at a start.
+    pub fn density(&self, start: &Start) -> f32 {
+        let (mut low, mut size, mut density) = ([0f32; DIMENSIONS], [1f32; DIMENSIONS], 1.0);
+        let mut node = 0u32;
+        while let Node::Cut { dimension, low: share, children } = self.nodes[node as usize] {
+            let d = dimension as usize;
+            size[d] *= 0.5;
+            let upper = start[d] >= low[d] + size[d];
+            low[d] += if upper { size[d] } else { 0.0 };
+            density *= 2.0 * if upper { 1.0 - share } else { share };
+            node = children[upper as usize];
+        }
+        density
     }
 
     /// The start that `u` is carried to, and the density there (1 where nothing is preferred).
@@ -206,6 +233,7 @@ mod tests {
         for i in 0..n {
             let (start, density) = aim.start(point(1_000_000 + i));
             assert!(density >= FLOOR * 0.999, "{density}");
+            assert_eq!(density, aim.density(&start));
             let value = (useful(&start) / density) as f64;
             hits += (value > 0.0) as u32;
             sum += value;
