@@ -284,7 +284,7 @@ impl Hints {
                 kind: hint.kind.clone(),
                 rays: get(&hint.used.rays),
                 brought: get(&hint.used.brought) as f64 / gathered,
-                particle_share: self.aimers.iter().filter(|a| a.hint == i as u16).map(|a| a.share).sum(),
+                particle_share: self.aimers.iter().find(|a| a.hint == i as u16).map_or(0.0, |a| a.share),
                 shadow_share: hint.shadow_share,
                 sent,
                 met: get(&hint.used.met),
@@ -455,6 +455,8 @@ const TRIALS: u64 = 1 << 15;
 const DEEPEST: u32 = 48;
 /// What is left of the enlargement from round to round.
 const SHRINK: f32 = 0.3;
+/// Rounds at the true size.
+const LAST_ROUNDS: u32 = 3;
 /// Balls beyond this number are one.
 const MOST_TARGETS: usize = 64;
 
@@ -468,26 +470,28 @@ fn aim_at(world: &World, balls: &[Ball], key: Key) -> Option<Aim> {
     let smallest = balls.iter().map(|b| b.radius).fold(f32::INFINITY, f32::min);
     let mut larger = 0.25 * world.bound().1;
     let mut aim = Aim::default();
+    let mut last = LAST_ROUNDS;
     for round in 0..64u64 {
         larger = if larger > 0.3 * smallest { larger } else { 0.0 };
         let trial = |i: u64| {
             let numbers = key.with(round).with(i);
             let u = [0, 1, 2, 3, 4].map(|d| numbers.uniform(d));
-            let (start, _) = aim.start(u);
+            let (start, density) = aim.start(u);
             let [pick, p0, p1, d0, d1] = start;
             let emitted = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]);
             let hits = emitted.is_some_and(|e| {
                 !e.flux.is_black()
                     && balls.iter().any(|b| meets(e.origin, e.dir, b.centre, b.radius + larger))
             });
-            Trial { start, use_: hits as u32 as f32 }
+            Trial { start, use_: hits as u32 as f32, weight: 1.0 / density }
         };
         let trials: Vec<Trial> = (0..TRIALS).into_par_iter().map(trial).collect();
         if !trials.iter().any(|t| t.use_ > 0.0) {
             return None;
         }
         aim = Aim::learn_deep(trials, DEEPEST);
-        if larger == 0.0 {
+        last -= (larger == 0.0) as u32;
+        if last == 0 {
             break;
         }
         larger *= SHRINK;

@@ -21,6 +21,8 @@ pub struct Trial {
     pub start: Start,
     /// Use: flux brought to surfaces that matter, per plain flux.
     pub use_: f32,
+    /// What it counts among its neighbours: 1, or 1 / density where trials crowd within boxes that are to be judged whole.
+    pub weight: f32,
 }
 
 /// Least density.
@@ -59,7 +61,7 @@ impl Default for Aim {
 }
 
 impl Aim {
-    /// Learn from trials, in whatever density they were made.
+    /// Learn from trials.
     pub fn learn(trials: Vec<Trial>) -> Aim {
         Aim::learn_deep(trials, DEEPEST)
     }
@@ -183,19 +185,20 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 /// Relative variance of the mean squares of a box's slices across dimension `d`, beyond what chance would make it.
 fn unevenness(trials: &[Trial], d: usize, low: f32, high: f32) -> f32 {
     let (mut sums, mut counts) = ([0f64; SLICES], [0f64; SLICES]);
-    let (mut all, mut fourth) = (0f64, 0f64);
+    let (mut all, mut fourth, mut weights) = (0f64, 0f64, 0f64);
     for t in trials {
         let slice = ((t.start[d] - low) / (high - low) * SLICES as f32) as usize;
-        let square = (t.use_ as f64).powi(2);
+        let square = (t.use_ as f64).powi(2) * t.weight as f64;
         sums[slice.min(SLICES - 1)] += square;
-        counts[slice.min(SLICES - 1)] += 1.0;
+        counts[slice.min(SLICES - 1)] += t.weight as f64;
+        weights += t.weight as f64;
         all += square;
         fourth += square * square;
     }
     if all <= 0.0 {
         return 0.0;
     }
-    let mean = all / trials.len() as f64;
+    let mean = all / weights;
     let filled = counts.iter().filter(|c| **c > 0.0).count() as f64;
     let differences = sums.iter().zip(&counts).filter(|(_, c)| **c > 0.0);
     let variance = differences.map(|(s, c)| (s / c / mean - 1.0).powi(2)).sum::<f64>() / filled;
@@ -204,8 +207,9 @@ fn unevenness(trials: &[Trial], d: usize, low: f32, high: f32) -> f32 {
 }
 
 fn rms(trials: &[Trial]) -> f32 {
-    let sum: f64 = trials.iter().map(|t| (t.use_ as f64).powi(2)).sum();
-    (sum / trials.len().max(1) as f64).sqrt() as f32
+    let sum: f64 = trials.iter().map(|t| (t.use_ as f64).powi(2) * t.weight as f64).sum();
+    let weights: f64 = trials.iter().map(|t| t.weight as f64).sum();
+    if weights > 0.0 { (sum / weights).sqrt() as f32 } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -225,7 +229,8 @@ mod tests {
 
     #[test]
     fn aimed_starts_find_what_is_rare_and_keep_the_mean() {
-        let trials = (0..100_000).map(|i| Trial { start: point(i), use_: useful(&point(i)) }).collect();
+        let trials =
+            (0..100_000).map(|i| Trial { start: point(i), use_: useful(&point(i)), weight: 1.0 }).collect();
         let aim = Aim::learn(trials);
         assert!(aim.len() > 8);
         let n = 200_000;
@@ -250,7 +255,7 @@ mod tests {
 
     #[test]
     fn nothing_learnt_is_no_preference() {
-        let aim = Aim::learn(vec![Trial { start: [0.5; 5], use_: 0.0 }]);
+        let aim = Aim::learn(vec![Trial { start: [0.5; 5], use_: 0.0, weight: 1.0 }]);
         assert!(aim.is_empty());
         assert_eq!(aim.start([0.1, 0.2, 0.3, 0.4, 0.5]), ([0.1, 0.2, 0.3, 0.4, 0.5], 1.0));
     }
