@@ -476,20 +476,20 @@ fn aim_at(world: &World, balls: &[Ball], key: Key) -> Option<Aim> {
         let trial = |i: u64| {
             let numbers = key.with(round).with(i);
             let u = [0, 1, 2, 3, 4].map(|d| numbers.uniform(d));
-            let (start, density) = aim.start(u);
+            let (start, _) = aim.start(u);
             let [pick, p0, p1, d0, d1] = start;
             let emitted = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]);
             let hits = emitted.is_some_and(|e| {
                 !e.flux.is_black()
                     && balls.iter().any(|b| meets(e.origin, e.dir, b.centre, b.radius + larger))
             });
-            Trial { start, use_: hits as u32 as f32, weight: 1.0 / density }
+            Trial { start, use_: hits as u32 as f32 }
         };
         let trials: Vec<Trial> = (0..TRIALS).into_par_iter().map(trial).collect();
         if !trials.iter().any(|t| t.use_ > 0.0) {
             return None;
         }
-        aim = Aim::learn_deep(trials, DEEPEST);
+        aim = aim.refined(trials, DEEPEST);
         last -= (larger == 0.0) as u32;
         if last == 0 {
             break;

@@ -21,8 +21,6 @@ pub struct Trial {
     pub start: Start,
     /// Use: flux brought to surfaces that matter, per plain flux.
     pub use_: f32,
-    /// What it counts among its neighbours: 1, or 1 / density where trials crowd within boxes that are to be judged whole.
-    pub weight: f32,
 }
 
 /// Least density.
@@ -61,22 +59,53 @@ impl Default for Aim {
 }
 
 impl Aim {
-    /// Learn from trials.
-    pub fn learn(trials: Vec<Trial>) -> Aim {
-        Aim::learn_deep(trials, DEEPEST)
-    }
-
-    /// The same with at most `deepest` cuts on any way to a box.
-    pub fn learn_deep(mut trials: Vec<Trial>, deepest: u32) -> Aim {
+    /// Learn from trials, in whatever density they were made.
+    pub fn learn(mut trials: Vec<Trial>) -> Aim {
         let mut aim = Aim { nodes: Vec::new() };
         let whole = rms(&trials);
         if whole > 0.0 {
-            aim.cut(&mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], [0, deepest], whole);
+            aim.cut(&mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], [0, DEEPEST], whole);
             aim.mix();
         } else {
             aim.nodes.push(Node::Box);
         }
         aim
+    }
+
+    /// The boxes cut further, and all shares anew, by trials drawn from these boxes: within each they are even, so that each is
+    /// judged by itself. At most `deepest` cuts lead to a box.
+    pub fn refined(&self, mut trials: Vec<Trial>, deepest: u32) -> Aim {
+        let mut aim = Aim { nodes: Vec::new() };
+        aim.recut(self, 0, &mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], [0, deepest]);
+        aim.mix();
+        aim
+    }
+
+    fn recut(
+        &mut self,
+        old: &Aim,
+        node: u32,
+        trials: &mut [Trial],
+        low: Start,
+        high: Start,
+        [depth, deepest]: [u32; 2],
+    ) -> (u32, f32) {
+        let Node::Cut { dimension, children, .. } = old.nodes[node as usize] else {
+            return self.cut(trials, low, high, [depth, deepest], 0.0);
+        };
+        let (index, d) = (self.nodes.len(), dimension as usize);
+        self.nodes.push(Node::Box);
+        let middle = 0.5 * (low[d] + high[d]);
+        trials.sort_by(|a, b| (a.start[d] >= middle).cmp(&(b.start[d] >= middle)));
+        let split = trials.partition_point(|t| t.start[d] < middle);
+        let (lower, upper) = trials.split_at_mut(split);
+        let (mut mid_high, mut mid_low) = (high, low);
+        (mid_high[d], mid_low[d]) = (middle, middle);
+        let (left, a) = self.recut(old, children[0], lower, low, mid_high, [depth + 1, deepest]);
+        let (right, b) = self.recut(old, children[1], upper, mid_low, high, [depth + 1, deepest]);
+        let share = if a + b > 0.0 { a / (a + b) } else { 0.5 };
+        self.nodes[index] = Node::Cut { dimension, low: share, children: [left, right] };
+        (index as u32, a + b)
     }
 
     /// Cut a box; returns its node and leaves in `low` the integral of the target over the lower half for now.
@@ -185,20 +214,19 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 /// Relative variance of the mean squares of a box's slices across dimension `d`, beyond what chance would make it.
 fn unevenness(trials: &[Trial], d: usize, low: f32, high: f32) -> f32 {
     let (mut sums, mut counts) = ([0f64; SLICES], [0f64; SLICES]);
-    let (mut all, mut fourth, mut weights) = (0f64, 0f64, 0f64);
+    let (mut all, mut fourth) = (0f64, 0f64);
     for t in trials {
         let slice = ((t.start[d] - low) / (high - low) * SLICES as f32) as usize;
-        let square = (t.use_ as f64).powi(2) * t.weight as f64;
+        let square = (t.use_ as f64).powi(2);
         sums[slice.min(SLICES - 1)] += square;
-        counts[slice.min(SLICES - 1)] += t.weight as f64;
-        weights += t.weight as f64;
+        counts[slice.min(SLICES - 1)] += 1.0;
         all += square;
         fourth += square * square;
     }
     if all <= 0.0 {
         return 0.0;
     }
-    let mean = all / weights;
+    let mean = all / trials.len() as f64;
     let filled = counts.iter().filter(|c| **c > 0.0).count() as f64;
     let differences = sums.iter().zip(&counts).filter(|(_, c)| **c > 0.0);
     let variance = differences.map(|(s, c)| (s / c / mean - 1.0).powi(2)).sum::<f64>() / filled;
@@ -207,9 +235,8 @@ fn unevenness(trials: &[Trial], d: usize, low: f32, high: f32) -> f32 {
 }
 
 fn rms(trials: &[Trial]) -> f32 {
-    let sum: f64 = trials.iter().map(|t| (t.use_ as f64).powi(2) * t.weight as f64).sum();
-    let weights: f64 = trials.iter().map(|t| t.weight as f64).sum();
-    if weights > 0.0 { (sum / weights).sqrt() as f32 } else { 0.0 }
+    let sum: f64 = trials.iter().map(|t| (t.use_ as f64).powi(2)).sum();
+    (sum / trials.len().max(1) as f64).sqrt() as f32
 }
 
 #[cfg(test)]
@@ -229,8 +256,7 @@ mod tests {
 
     #[test]
     fn aimed_starts_find_what_is_rare_and_keep_the_mean() {
-        let trials =
-            (0..100_000).map(|i| Trial { start: point(i), use_: useful(&point(i)), weight: 1.0 }).collect();
+        let trials = (0..100_000).map(|i| Trial { start: point(i), use_: useful(&point(i)) }).collect();
         let aim = Aim::learn(trials);
         assert!(aim.len() > 8);
         let n = 200_000;
@@ -254,8 +280,33 @@ mod tests {
     }
 
     #[test]
+    fn refining_follows_what_shrinks() {
+        let meets = |s: &Start, r: f32| (s[1] - 0.7).abs() < r && (s[3] - 0.2).abs() < r;
+        let mut aim = Aim::default();
+        let radii = [0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0003, 0.0003];
+        for (round, r) in radii.into_iter().enumerate() {
+            let trial = |i: u64| {
+                let start = aim.start(point((round as u64) << 32 | i)).0;
+                Trial { start, use_: meets(&start, r) as u32 as f32 }
+            };
+            aim = aim.refined((0..32_768).map(trial).collect(), 48);
+        }
+        let (n, mut hits, mut sum) = (100_000, 0u32, 0f64);
+        for i in 0..n {
+            let (start, density) = aim.start(point(1 << 40 | i));
+            assert_eq!(density, aim.density(&start));
+            let hit = meets(&start, 0.0003);
+            hits += hit as u32;
+            sum += if hit { 1.0 / density as f64 } else { 0.0 };
+        }
+        // 3.6e-7 of the cube; no hit counts more than a few times another.
+        assert!(hits as u64 > n / 3, "{hits} of {n}");
+        assert!((sum / n as f64 / 3.6e-7 - 1.0).abs() < 0.05, "{}", sum / n as f64);
+    }
+
+    #[test]
     fn nothing_learnt_is_no_preference() {
-        let aim = Aim::learn(vec![Trial { start: [0.5; 5], use_: 0.0, weight: 1.0 }]);
+        let aim = Aim::learn(vec![Trial { start: [0.5; 5], use_: 0.0 }]);
         assert!(aim.is_empty());
         assert_eq!(aim.start([0.1, 0.2, 0.3, 0.4, 0.5]), ([0.1, 0.2, 0.3, 0.4, 0.5], 1.0));
     }

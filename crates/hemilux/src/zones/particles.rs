@@ -280,7 +280,7 @@ impl Deposits {
         let which = || key.with(4).with(i).uniform(0);
         let (start, density, sender) = world.hints.start(&self.aim, starting_numbers(key, i), which);
         let [pick, p0, p1, d0, d1] = start;
-        let mut trial = Trial { start, use_: 0.0, weight: 1.0 };
+        let mut trial = Trial { start, use_: 0.0 };
         let Some(e) = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]) else { return trial };
         let plain = e.flux.luminance();
         let e = EmittedParticle { flux: e.flux * (1.0 / density), ..e };
