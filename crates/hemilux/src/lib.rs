@@ -14,6 +14,7 @@ pub mod checkpoint;
 pub mod film;
 pub mod gather;
 pub mod hints;
+mod guide;
 pub mod picture;
 pub mod render;
 pub mod residual;
