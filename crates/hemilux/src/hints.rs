@@ -325,7 +325,7 @@ impl Look {
                 let to = ball.centre - at.p;
                 let distance = to.length();
                 let sin = ball.radius / distance;
-                if !(sin < WIDEST) || (at.is_one_sided() && to.dot(at.n) <= -ball.radius) {
+                if sin.is_nan() || sin >= WIDEST || (at.is_one_sided() && to.dot(at.n) <= -ball.radius) {
                     return None;
                 }
                 let height = sin * sin / (1.0 + (1.0 - sin * sin).sqrt());
