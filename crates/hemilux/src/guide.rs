@@ -14,25 +14,19 @@ use crate::sampler::Sampler;
 use crate::world::Surface;
 use crate::zones::Zones;
 use crate::zones::field::Prediction;
-use crate::zones::records::Cones;
+use crate::zones::records::Lent;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
-use std::cell::RefCell;
 
 /// Share of the cones, where there are any, ...
 const BY_CONES: f32 = 0.35;
 /// ... and, of the rest, of the prediction, where there is one.
 const BY_PREDICTION: f32 = 0.5;
 
-thread_local! {
-    /// Room for cones, used again: they are large, and vertices many.
-    static SPARE: RefCell<Vec<Box<Cones>>> = const { RefCell::new(Vec::new()) };
-}
-
 /// The mixture at one vertex.
 pub(crate) struct Guide<'a> {
     /// `None` where there are none.
-    cones: Option<Box<Cones>>,
+    cones: Option<Lent>,
     prediction: Option<Prediction<'a>>,
     /// Share of the cones, of the prediction, of the scattering.
     shares: [f32; 3],
@@ -59,8 +53,19 @@ impl<'a> Guide<'a> {
             return None;
         }
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        let prediction = zones.field().near(s.p, n);
-        let cones = cones(zones, s.p, n);
+        Guide::of(zones.field().near(s.p, n), cones(zones, s.p, n))
+    }
+
+    /// The same without cones: for vertices whose images something else brings.
+    pub fn without_images(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Guide<'a>> {
+        if !bsdf.has_diffuse() {
+            return None;
+        }
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        Guide::of(zones.field().near(s.p, n), None)
+    }
+
+    fn of(prediction: Option<Prediction<'a>>, cones: Option<Lent>) -> Option<Guide<'a>> {
         let by_cones = if cones.is_some() { BY_CONES } else { 0.0 };
         let by_prediction = if prediction.is_some() { BY_PREDICTION * (1.0 - by_cones) } else { 0.0 };
         let shares = [by_cones, by_prediction, 1.0 - by_cones - by_prediction];
@@ -107,24 +112,10 @@ impl<'a> Guide<'a> {
     }
 }
 
-impl Drop for Guide<'_> {
-    fn drop(&mut self) {
-        if let Some(cones) = self.cones.take() {
-            SPARE.with_borrow_mut(|spare| spare.push(cones));
-        }
-    }
-}
-
-/// The cones at `p`, in room used before; `None` if there are none.
-fn cones(zones: &Zones, p: Vec3, n: Vec3) -> Option<Box<Cones>> {
+/// The cones at `p`; `None` if there are none.
+fn cones(zones: &Zones, p: Vec3, n: Vec3) -> Option<Lent> {
     if zones.records().is_empty() {
         return None;
     }
-    let mut cones = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
-    cones.fill(zones.records(), p, n);
-    if cones.is_empty() {
-        SPARE.with_borrow_mut(|spare| spare.push(cones));
-        return None;
-    }
-    Some(cones)
+    Some(Lent::new(zones.records(), p, n)).filter(|cones| !cones.is_empty())
 }

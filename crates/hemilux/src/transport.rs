@@ -261,6 +261,9 @@ impl<'a> Walker<'a> {
             let at = Receiver::surface(&s, on);
             let guide = match going_on {
                 GoingOn::All => self.leads().and_then(|zones| Guide::new(zones, &s, on)),
+                GoingOn::WithoutCaustic => {
+                    self.guide().and_then(|zones| Guide::without_images(zones, &s, on))
+                }
                 _ => None,
             };
             if on.has_non_delta() {
