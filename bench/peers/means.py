@@ -87,21 +87,21 @@ def radiance(args, stem, size, photons, folder):
     for suffix in (".rad", ".vf"):
         shutil.copy(stem + suffix, os.path.join(folder, "s" + suffix))
     shell("rm -f *.amb *.pm; oconv -f s.rad > s.oct")
-    ambient, maps = "-ab 5 -aa .15 -ar 96 -ad 1024 -as 256", ""
+    ambient, maps = "-ab 5 -aa .2 -ar 64 -ad 512 -as 128", ""
     if photons:
         # Without casters there is no caustic map to be had.
         if shell("timeout 200 mkpmap -n 2 -apm 200 -fo+ -apg g.pm 100k -apc c.pm 300k s.oct").returncode:
             shell("timeout 200 mkpmap -n 2 -fo+ -apg g.pm 100k s.oct")
         maps = "-ap g.pm 50" + (" -ap c.pm 50" if os.path.exists(os.path.join(folder, "c.pm")) else "")
-        ambient = "-ab 1 -aa .15 -ar 96 -ad 1024 -as 256"
+        ambient = "-ab 1 -aa .2 -ar 64 -ad 512 -as 128"
     width, height = size
     options = f"-n 2 {RTRACE} {maps} {ambient} -af a.amb"
-    for pixels, out in (("-c 1", "/dev/null"), ("-c 16 -pj 1", "p.raw")):
+    for pixels, out in (("-c 1", "/dev/null"), ("-c 4 -pj 1", "p.raw")):
         run = shell(f"vwrays -ff -vf s.vf -x {width} -y {height} {pixels} | timeout 300 rtrace {options} s.oct > {out}")
         if run.returncode:
             return None
     picture = np.fromfile(os.path.join(folder, "p.raw"), np.float32)
-    return (picture.reshape(-1, 3)[:, 1].mean(), 0.0) if picture.size == width * height * 48 else None
+    return (picture.reshape(-1, 3)[:, 1].mean(), 0.0) if picture.size == width * height * 12 else None
 
 
 def main():
