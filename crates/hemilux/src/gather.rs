@@ -17,7 +17,7 @@ use crate::world::luminaire::Receiver;
 use crate::wrong::{Wrong, makes};
 use crate::zones::Zones;
 use crate::zones::field::Prediction;
-use crate::zones::records::Cones;
+use crate::zones::records::{Cones, Lent};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -131,9 +131,9 @@ pub fn gather(
     let cones = match steer {
         Some(zones) if !zones.records().is_empty() => {
             let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-            Cones::new(zones.records(), s.p, n)
+            Lent::new(zones.records(), s.p, n)
         }
-        _ => Cones::none(),
+        _ => Lent::none(),
     };
     let cone_rays = cone_rays(&cones, plan);
     let receiver = Receiver::surface(s, bsdf);
