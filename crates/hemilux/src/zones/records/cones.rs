@@ -42,6 +42,48 @@ pub struct Cones {
     effective: f32,
 }
 
+static NO_CONES: Cones = Cones::none();
+
+thread_local! {
+    /// Room for cones, used again: they are large, and gathers many.
+    static SPARE: RefCell<Vec<Box<Cones>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// The cones of one gather in room that is used again.
+#[derive(Debug)]
+pub struct Lent(Option<Box<Cones>>);
+
+impl Lent {
+    /// No cone at all.
+    pub fn none() -> Lent {
+        Lent(None)
+    }
+
+    /// The cones at `x` on a surface that faces unit `n`.
+    pub fn new(records: &Records, x: Vec3, n: Vec3) -> Lent {
+        let mut room = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
+        room.fill(records, x, n);
+        Lent(Some(room))
+    }
+}
+
+impl std::ops::Deref for Lent {
+    type Target = Cones;
+
+    #[inline]
+    fn deref(&self) -> &Cones {
+        self.0.as_deref().unwrap_or(&NO_CONES)
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if let Some(room) = self.0.take() {
+            SPARE.with_borrow_mut(|spare| spare.push(room));
+        }
+    }
+}
+
 impl Default for Cones {
     fn default() -> Self {
         Cones::none()
@@ -50,7 +92,7 @@ impl Default for Cones {
 
 impl Cones {
     /// No cone at all.
-    pub fn none() -> Cones {
+    pub const fn none() -> Cones {
         Cones {
             axis: [[0.0; MOST]; 3],
             height: [-1.0; MOST],

@@ -12,7 +12,7 @@
 mod cones;
 mod model;
 
-pub use cones::{Cones, MOST};
+pub use cones::{Cones, Lent, MOST};
 
 use super::file::ZoneFileError;
 use super::kd::{Group, Kd, Placed, morton};
