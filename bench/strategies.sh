@@ -1,6 +1,7 @@
 #!/bin/sh
 # Strategy x rays x error x bias x time at one point of three scenes, each against a long run: the table of docs/strategies.md on
 # standard output. Runs are timed one after another. About a minute on a quiet machine.
+# To put it there: python3 bench/strategies_table.py --into docs/strategies.md DIR wall-mirror dome varnish
 # Usage: bench/strategies.sh [DIR]; pictures, JSON and all levels of rays go to DIR (default: strategies).
 set -eu
 hemilux="${HEMILUX:-target/release/hemilux}"
