@@ -5,7 +5,7 @@
 
 use crate::args::{FormName, QuantityName, SenseArgs, SenseMode};
 use crate::failure::{Failure, Kind};
-use crate::load;
+use crate::hints;
 use crate::render::set_threads;
 use crate::talk;
 use hemilux::sense::{GROUPS, Goal, Reading, Receiver, Sense, SenseOptions};
@@ -24,24 +24,31 @@ enum Line {
     Sensor(Vec3, Vec3),
 }
 
-/// Light particles that steer paths.
-const STEERING_PARTICLES: u64 = 1 << 19;
+/// Zones and light particles of a solution that steers paths or carries residuals, where nobody says otherwise: residuals
+/// make up for what larger zones get wrong, and gathers led by more particles were no less noisy.
+const LEADING: (u64, u64) = (1000, 1 << 19);
 
 /// Read sensors, write values.
 pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     set_threads(args.threads)?;
-    let scene = load::scene(&args.scene.scenes, &args.scene.defines, args.scene.lenient, &args.talk)?;
+    let (scene, given) = hints::scene(&args.scene, &args.hints, &args.talk)?;
     let photometry = scene.photometry;
-    let world = World::new(scene);
+    let world = hints::world(scene, given.as_ref());
     let zones = match args.mode {
         SenseMode::Path => Vec::new(),
-        SenseMode::Corrected => solutions(&world, &args, 1)?,
-        SenseMode::Zonal => solutions(&world, &args, GROUPS as u64)?,
+        SenseMode::Corrected => {
+            let budget = args.solution.zone_budget.unwrap_or(LEADING.0);
+            let particles = args.solution.particles.unwrap_or(LEADING.1);
+            solutions(&world, &args, Some(budget), Some(particles), 1)?
+        }
+        SenseMode::Zonal => {
+            solutions(&world, &args, args.solution.zone_budget, args.solution.particles, GROUPS as u64)?
+        }
     };
     // Paths are steered by what light particles find, where there is anything to find.
     let steering = match args.mode {
         SenseMode::Path if world.has_casters() => {
-            let options = ZoneOptions { budget: 1000, particles: STEERING_PARTICLES, seed: args.seed };
+            let options = ZoneOptions { budget: LEADING.0 as u32, particles: LEADING.1, seed: args.seed };
             Some(Zones::solve_seen(&world, &options, None, |_| false))
         }
         _ => None,
@@ -87,6 +94,9 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         }
     }
     writer.end()?;
+    if !args.talk.quiet {
+        hints::lines(&world).iter().for_each(|l| talk::line(&format!("# {l}")));
+    }
     if missed > 0 {
         let message = format!(
             "{missed} of {index} sensors did not reach the target; their values are printed all the same"
@@ -96,9 +106,14 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     Ok(())
 }
 
-fn solutions(world: &World, args: &SenseArgs, count: u64) -> Result<Vec<Zones>, Failure> {
-    let options =
-        crate::plan::solution(args.solution.zone_budget, args.solution.particles, args.seed, false)?;
+fn solutions(
+    world: &World,
+    args: &SenseArgs,
+    budget: Option<u64>,
+    particles: Option<u64>,
+    count: u64,
+) -> Result<Vec<Zones>, Failure> {
+    let options = crate::plan::solution(budget, particles, args.seed, false)?;
     // The particles are shared out: as many in all as one solution would have.
     let each = (options.particles / count).max(1);
     Ok((0..count)
@@ -162,7 +177,7 @@ fn preamble(args: &SenseArgs, photometry: &Photometry, zones: &[Zones], prepared
             let error = zones.iter().map(|z| z.relative_errors().0).sum::<f32>() / zones.len() as f32;
             format!(
                 "intervals: 95 %, Student over 16 independent groups, each with zones of its own (median zone error {:.0} %); \
-                 the bias that the size of zones brings is not in them",
+                 the bias that zones bring is not in them: --ci adds it, zonal less true, with a half-width of its own",
                 100.0 * error
             )
         }
@@ -219,7 +234,13 @@ impl<'a> Writer<'a> {
         let (q, unit) = (self.args.quantity.name(), self.args.quantity.unit());
         match self.args.format {
             FormName::Csv => {
-                self.put(&format!("x,y,z,nx,ny,nz,{q} [{unit}],half-width 95 % [{unit}],gathers,rays,met\n"))
+                let bias = match self.args.mode {
+                    SenseMode::Zonal => format!(",zonal bias [{unit}],half-width of the bias [{unit}]"),
+                    _ => String::new(),
+                };
+                self.put(&format!(
+                    "x,y,z,nx,ny,nz,{q} [{unit}],half-width 95 % [{unit}],gathers,rays,met{bias}\n"
+                ))
             }
             FormName::Json => self.put("[\n"),
             FormName::Plain | FormName::Rtrace => Ok(()),
@@ -236,24 +257,31 @@ impl<'a> Writer<'a> {
     fn reading(&mut self, p: Vec3, n: Vec3, r: &Reading) -> Result<(), Failure> {
         match self.args.format {
             FormName::Plain if self.args.ci => {
-                self.put(&format!("{} {}\n", number(r.scalar), number(r.half_width)))
+                let bias = r
+                    .bias
+                    .map_or(String::new(), |b| format!(" {} {}", number(b.scalar), number(b.half_width)));
+                self.put(&format!("{} {}{bias}\n", number(r.scalar), number(r.half_width)))
             }
             FormName::Plain => self.put(&format!("{}\n", number(r.scalar))),
             FormName::Rtrace => {
                 let v = r.value.0;
                 self.put(&format!("{:e}\t{:e}\t{:e}\t\n", v[0], v[1], v[2]))
             }
-            FormName::Csv => self.put(&format!(
-                "{},{},{},{},{},{},{},{},{},{},{}\n",
-                p.x, p.y, p.z, n.x, n.y, n.z, r.scalar, r.half_width, r.gathers, r.rays, r.met
-            )),
+            FormName::Csv => {
+                let bias = r.bias.map_or(String::new(), |b| format!(",{},{}", b.scalar, b.half_width));
+                self.put(&format!(
+                    "{},{},{},{},{},{},{},{},{},{},{}{bias}\n",
+                    p.x, p.y, p.z, n.x, n.y, n.z, r.scalar, r.half_width, r.gathers, r.rays, r.met
+                ))
+            }
             FormName::Json => {
                 let record = json!({
                     "position": p.to_array(), "normal": n.to_array(),
                     "quantity": self.args.quantity.name(), "unit": self.args.quantity.unit(),
                     "photometry": self.photometry.name,
                     "value": r.scalar, "half_width_95": r.half_width, "rgb": r.value.0,
-                    "gathers": r.gathers, "rays": r.rays, "met": r.met,
+                    "unseen": r.unseen, "gathers": r.gathers, "rays": r.rays, "met": r.met,
+                    "zonal_bias": r.bias.map(|b| json!({"value": b.scalar, "half_width_95": b.half_width})),
                 });
                 let comma = if std::mem::take(&mut self.first) { "" } else { ",\n" };
                 self.put(&format!("{comma}{record}"))

@@ -156,7 +156,9 @@ fn lines_that_are_no_text_and_zones_are_named() {
     let out = run_bytes(&["sense", "lamp.rad"], b"0 0 0 0 0 1\n\xff\xfe\n");
     assert_eq!(out.status.code(), Some(1));
     assert!(text(&out.stderr).contains("line 2 of the sensors"), "{}", text(&out.stderr));
-    let out = run(&["sense", "lamp.rad", "--mode", "zonal", "--particles", "1000"], "0 0 0 0 0 1\n");
+    let out = run(&["sense", "lamp.rad", "--ci", "--mode", "zonal", "--particles", "1000"], "0 0 0 0 0 1\n");
+    // Value, noise, and the zones' bias with its own noise: never one number.
+    assert_eq!(text(&out.stdout).trim().split(' ').count(), 4, "{}", text(&out.stdout));
     assert!(text(&out.stderr).contains("each with zones of its own"), "{}", text(&out.stderr));
     assert!(text(&out.stderr).contains("is not in them"), "{}", text(&out.stderr));
 }

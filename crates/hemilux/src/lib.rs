@@ -13,6 +13,8 @@ pub mod check;
 pub mod checkpoint;
 pub mod film;
 pub mod gather;
+mod guide;
+pub mod hints;
 pub mod picture;
 pub mod render;
 pub mod residual;

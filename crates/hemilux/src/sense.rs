@@ -5,7 +5,8 @@
 //! the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop does
 //! not shape the value (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
 //! too few rays have met, the half-width also holds what those could add (the rule of three). Over zones the value is **biased by the zones**
-//! (averaged over as many independent solutions as there are groups); continued as paths, or with residuals, it is unbiased.
+//! (averaged over as many independent solutions as there are groups), and the reading estimates that bias beside its noise;
+//! continued as paths, or with residuals, it is unbiased.
 
 use crate::gather::{GatherPlan, Strategy};
 use crate::residual::{PAIR_SHARE, Pair, Study};
@@ -34,6 +35,10 @@ const DIM: f64 = 16.0;
 const ROUNDING: f64 = 2e-6;
 /// Gathers per group in the pilot.
 const PILOT: u32 = 4;
+/// Pairs per group behind an estimated bias, at most.
+const MOST_PAIRS: u32 = 64;
+/// Share of the gather rays of such a pair that carry a residual.
+const BIAS_SHARE: f32 = 0.5;
 /// The next stage is at most this much larger than the last.
 const GROWTH: f64 = 64.0;
 
@@ -89,6 +94,17 @@ pub struct Reading {
     pub rays: u64,
     /// Whether the goal was met.
     pub met: bool,
+    /// What the zones get wrong (over zones without residuals): not part of `half_width`.
+    pub bias: Option<Bias>,
+}
+
+/// An estimate of what zones add to a reading: zonal less true.
+#[derive(Clone, Copy, Debug)]
+pub struct Bias {
+    /// The weighted scalar.
+    pub scalar: f64,
+    /// 95 % half-width of it: Student over [`GROUPS`] groups.
+    pub half_width: f64,
 }
 
 /// Reads sensors of one world.
@@ -172,8 +188,46 @@ impl<'a> Sense<'a> {
         Residual::new(Study::of(&pairs).share)
     }
 
-    /// The reading of sensor number `index` at `p` (m) facing unit `n`.
+    /// The reading of sensor number `index` at `p` (m) facing unit `n`; over zones without residuals, with an estimate of
+    /// their bias.
     pub fn read(&self, index: u64, p: Vec3, n: Vec3) -> Reading {
+        let reading = self.reading(index, p, n);
+        if self.zones.is_empty() || self.corrected {
+            return reading;
+        }
+        let per_group = (reading.gathers / GROUPS as u64 / 4).clamp(PILOT as u64, MOST_PAIRS as u64) as u32;
+        let (bias, rays) = self.bias(index, p, n, per_group);
+        Reading { bias: Some(bias), rays: reading.rays + rays, ..reading }
+    }
+
+    /// What the zones get wrong at a sensor, by `per_group` pairs of gathers in each group, without and with residuals and else
+    /// of the same random numbers; and the rays it took.
+    fn bias(&self, index: u64, p: Vec3, n: Vec3, per_group: u32) -> (Bias, u64) {
+        let one = |group: usize| {
+            let zones = Some(&self.zones[group % self.zones.len()]);
+            let zonal = Walker { zones, steer: self.steer, ..Walker::path(self.world) };
+            let corrected = Walker { residual: Residual::new(BIAS_SHARE), ..zonal };
+            let pixel = (index << 16) ^ (0xfe << 8) ^ group as u64;
+            let (mut tally, mut sum) = (Tally::default(), 0.0);
+            for i in 0..per_group {
+                let mut of = |walker: &Walker| {
+                    let value = self.estimate(walker, pixel, i, p, n, &mut tally);
+                    let weighted = |c: usize| self.options.weights[c] * value[c] as f64;
+                    if value.is_finite() { (0..3).map(weighted).sum() } else { 0.0 }
+                };
+                sum += of(&zonal) - of(&corrected);
+            }
+            (sum / per_group as f64, tally.rays)
+        };
+        let groups: Vec<(f64, u64)> = (0..GROUPS).into_par_iter().map(one).collect();
+        let count = GROUPS as f64;
+        let scalar = groups.iter().map(|g| g.0).sum::<f64>() / count;
+        let squares = groups.iter().map(|g| (g.0 - scalar).powi(2)).sum::<f64>();
+        let half_width = student_975(count - 1.0) * (squares / (count - 1.0) / count).sqrt();
+        (Bias { scalar, half_width }, groups.iter().map(|g| g.1).sum())
+    }
+
+    fn reading(&self, index: u64, p: Vec3, n: Vec3) -> Reading {
         let begin = Instant::now();
         let limit = match self.options.goal {
             Goal::Time(t) => t.min(self.options.limit),
@@ -244,6 +298,7 @@ impl<'a> Sense<'a> {
             unseen,
             rays: groups.iter().map(|g| g.tally.rays).sum(),
             met: false,
+            bias: None,
         }
     }
 

@@ -8,9 +8,11 @@
 //! for a bounce.
 //! With a [`Residual`] the bias goes: at a vertex that ends on a zone the walk goes on as a path with probability q, and
 //! (path − zone) / q is added, whose expectation is what the zone gets wrong; a vertex that does not trust its zone takes
-//! nothing from it. Unbiased for the whole light transport, whatever the zones are.
+//! nothing from it. Unbiased for the whole light transport, whatever the zones are. Paths that light particles can lead (a
+//! solution at hand, and no zone to end on) draw their directions from a [`crate::guide`].
 
 use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::guide::{Guide, Next};
 use crate::sampler::Sampler;
 use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
 use crate::world::{Surface, World};
@@ -138,8 +140,8 @@ pub struct Walker<'a> {
     pub world: &'a World,
     /// Where walks may end; `None`: path tracing.
     pub zones: Option<&'a Zones>,
-    /// What steers gathers where that is not `zones`: its records and predicted field radiance cost noise or save it, and
-    /// change no mean.
+    /// What steers gathers, and paths behind them, where that is not `zones`: its records and predicted field radiance cost
+    /// noise or save it, and change no mean.
     pub steer: Option<&'a Zones>,
     /// Limit on scattering events (path tracing only).
     pub max_depth: u32,
@@ -169,6 +171,15 @@ impl<'a> Walker<'a> {
     /// The solution that steers gathers.
     pub fn guide(&self) -> Option<&'a Zones> {
         self.steer.or(self.zones)
+    }
+
+    /// The solution that leads walks that go on as paths; those that end on zones for good are left alone.
+    fn leads(&self) -> Option<&'a Zones> {
+        match self.zones {
+            None => self.steer,
+            Some(_) if self.residual.share > 0.0 => self.guide(),
+            Some(_) => None,
+        }
     }
 
     /// Walks that end on zones.
@@ -214,6 +225,9 @@ impl<'a> Walker<'a> {
         let mut travelled = 0.0;
         // Whether the walk has left the gather's own ray behind.
         let mut later = depth > 1;
+        // What the walk would weigh, were its directions drawn by scattering alone: roulette by `beta` would end just those
+        // that were led to something bright.
+        let mut worth = 1.0;
         loop {
             let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
@@ -248,23 +262,31 @@ impl<'a> Walker<'a> {
                 break;
             }
             let at = Receiver::surface(&s, on);
+            let guide = match going_on {
+                GoingOn::All => self.leads().and_then(|zones| Guide::new(zones, &s, on)),
+                GoingOn::WithoutCaustic => {
+                    self.guide().and_then(|zones| Guide::without_images(zones, &s, on))
+                }
+                _ => None,
+            };
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, &at, on, wo, sampler, tally);
+                radiance += beta * self.direct(&s, &at, on, guide.as_ref(), wo, sampler, tally);
             }
-            let (u_lobe, u) = (sampler.next1(), sampler.next2());
-            let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
+            let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
             let wi = s.frame.to_world(next.wi).normalize();
             // Shading normals must not carry radiance through the surface.
             if s.is_front(wi) != (next.wi.z > 0.0) {
                 break;
             }
+            let before = beta.max();
             beta *= next.weight;
+            worth *= if guide.is_some() { on.albedo(wo).max() } else { beta.max() / before };
             depth += 1;
             if next.delta {
                 in_chain = true;
                 arrival = if let Arrival::Unlit = arrival { arrival } else { Arrival::Full };
             } else {
-                arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
+                arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
                 in_chain = false;
                 travelled = 0.0;
                 later = true;
@@ -273,7 +295,7 @@ impl<'a> Walker<'a> {
                     _ => Rgb::WHITE,
                 };
             }
-            if beta.is_black() || !roulette(&mut beta, depth, sampler) {
+            if beta.is_black() || !roulette(&mut beta, &mut worth, depth, sampler) {
                 break;
             }
             (origin, dir) = (s.leave(wi), wi);
@@ -384,25 +406,26 @@ impl<'a> Walker<'a> {
         tally: &mut Tally,
     ) -> Rgb {
         let at = Receiver::surface(s, diffuse);
-        let direct = self.direct(s, &at, diffuse, wo, sampler, tally);
-        let (u_lobe, u) = (sampler.next1(), sampler.next2());
-        let Some(next) = diffuse.sample(wo, u_lobe, u, Quantity::Radiance) else { return direct };
+        let guide = self.guide().and_then(|zones| Guide::new(zones, s, diffuse));
+        let direct = self.direct(s, &at, diffuse, guide.as_ref(), wo, sampler, tally);
+        let Some(next) = sample(s, diffuse, guide.as_ref(), wo, sampler) else { return direct };
         let wi = s.frame.to_world(next.wi).normalize();
         if s.is_front(wi) != (next.wi.z > 0.0) {
             return direct;
         }
-        let arrival = Arrival::Shared { from: at, rays: next.pdf, samples: 1.0 };
+        let arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
         let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: depth + 1 };
-        let path = Walker { zones: None, ..*self };
+        let path = Walker { zones: None, steer: self.guide(), ..*self };
         direct + next.weight * path.field_radiance(start, sampler, tally)
     }
 
-    /// One luminaire sample at `s`, weighted against sampling the scattering.
+    /// One luminaire sample at `s`, weighted against sampling the scattering, or the mixture that `guide` makes of it.
     fn direct(
         &self,
         s: &Surface,
         at: &Receiver,
         bsdf: &Bsdf,
+        guide: Option<&Guide>,
         wo: Vec3,
         sampler: &mut Sampler,
         tally: &mut Tally,
@@ -420,7 +443,8 @@ impl<'a> Walker<'a> {
             return Rgb::BLACK;
         }
         let weight = if l.met_by_rays {
-            power_heuristic(l.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi))
+            let own = bsdf.pdf_solid_angle(wo, wi);
+            power_heuristic(l.pdf_solid_angle, guide.map_or(own, |g| g.density(l.wi, own)))
         } else {
             1.0
         };
@@ -453,16 +477,30 @@ fn narrow_share(bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> Rgb {
     Rgb([0, 1, 2].map(|c| if all[c] > 0.0 { part[c] / all[c] } else { 0.0 }))
 }
 
-/// Russian roulette on the throughput; survivors are scaled up.
+/// The next direction at `s`: by scattering alone, or by the mixture that `guide` makes of it.
 #[inline]
-fn roulette(beta: &mut Rgb, depth: u32, sampler: &mut Sampler) -> bool {
+fn sample(s: &Surface, bsdf: &Bsdf, guide: Option<&Guide>, wo: Vec3, sampler: &mut Sampler) -> Option<Next> {
+    match guide {
+        Some(guide) => guide.sample(s, bsdf, wo, sampler),
+        None => {
+            let (u_lobe, u) = (sampler.next1(), sampler.next2());
+            let next = bsdf.sample(wo, u_lobe, u, Quantity::Radiance)?;
+            Some(Next { wi: next.wi, weight: next.weight, density: next.pdf, delta: next.delta })
+        }
+    }
+}
+
+/// Russian roulette by what the walk is worth; survivors are scaled up.
+#[inline]
+fn roulette(beta: &mut Rgb, worth: &mut f32, depth: u32, sampler: &mut Sampler) -> bool {
     if depth < ROULETTE_FROM {
         return true;
     }
-    let survive = beta.max().min(0.95);
+    let survive = worth.min(0.95);
     if sampler.next1() >= survive {
         return false;
     }
     *beta *= 1.0 / survive;
+    *worth /= survive;
     true
 }

@@ -171,8 +171,26 @@ fn corrected_readings_are_those_of_paths() {
     let path = readings(&|i| Sense::new(&world, &[], options(i, 256)).read(0, p, n).scalar, 24);
     let good = readings(&|i| Sense::corrected(&world, &zones, options(100 + i, 64)).read(0, p, n).scalar, 24);
     let zonal = readings(&|i| Sense::new(&world, &zones, options(200 + i, 64)).read(0, p, n).scalar, 24);
-    println!("path {path:?}, corrected {good:?}, zonal {zonal:?}");
+    // Led by the particles of another room: noise, and no bias.
+    let led = readings(
+        &|i| Sense::new(&world, &[], options(300 + i, 64)).steered(&zones[0]).read(0, p, n).scalar,
+        24,
+    );
+    println!("path {path:?}, corrected {good:?}, led {led:?}, zonal {zonal:?}");
     let z = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0) / a.1.hypot(b.1);
-    assert!(z(good, path).abs() < 4.4);
+    assert!(z(good, path).abs() < 4.4 && z(led, path).abs() < 4.4);
     assert!(z(zonal, path).abs() > 4.4, "negative control");
+    // A reading over zones says by how much they are off, beside its noise.
+    let said = readings(
+        &|i| {
+            Sense::new(&world, &zones, options(400 + i, 64)).read(0, p, n).bias.map_or(f64::NAN, |b| b.scalar)
+        },
+        24,
+    );
+    let bias = (zonal.0 - path.0, zonal.1.hypot(path.1));
+    println!("bias {said:?}, by readings {bias:?}");
+    assert!(z(said, bias).abs() < 4.4 && said.0.abs() > 4.4 * said.1);
+    let r = Sense::new(&world, &zones, options(500, 64)).read(0, p, n);
+    assert!(r.bias.is_some_and(|b| (b.scalar - bias.0).abs() < 3.0 * b.half_width), "{r:?}");
+    assert!(Sense::corrected(&world, &zones, options(500, 64)).read(0, p, n).bias.is_none());
 }

@@ -122,7 +122,7 @@ impl Finds {
 }
 
 /// Arrivals that are kept for the predicted field radiance.
-pub const MOST_INCIDENCES: usize = 1 << 21;
+pub const MOST_INCIDENCES: usize = 1 << 20;
 /// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
 const RECORDED: f32 = 0.25;
 
@@ -281,7 +281,8 @@ impl Deposits {
         ledger: &mut Ledger,
         finds: &mut Finds,
     ) -> Trial {
-        let (start, density) = self.aim.start(starting_numbers(key, i));
+        let which = || key.with(4).with(i).uniform(0);
+        let (start, density, sender) = world.hints.start(&self.aim, starting_numbers(key, i), which);
         let [pick, p0, p1, d0, d1] = start;
         let mut trial = Trial { start, use_: 0.0 };
         let Some(e) = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]) else { return trial };
@@ -302,7 +303,11 @@ impl Deposits {
                 return trial;
             }
             ledger.rays += 1;
-            let Some(s) = world.closest(origin, dir, f32::INFINITY) else {
+            let hit = world.closest(origin, dir, f32::INFINITY);
+            if bounce == 0 && !chain && world.hints.counts_particles() {
+                world.hints.note_particle(sender, hit.as_ref().map(|s| (s.group, s.shape)));
+            }
+            let Some(s) = hit else {
                 add(&mut ledger.escaped, flux);
                 return trial;
             };
