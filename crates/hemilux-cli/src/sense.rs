@@ -38,14 +38,7 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         SenseMode::Corrected => solutions(&world, &args, 1)?,
         SenseMode::Zonal => solutions(&world, &args, GROUPS as u64)?,
     };
-    // Paths are steered by what light particles find, where there is anything to find.
-    let steering = match args.mode {
-        SenseMode::Path if world.has_casters() => {
-            let options = ZoneOptions { budget: 1000, particles: STEERING_PARTICLES, seed: args.seed };
-            Some(Zones::solve_seen(&world, &options, None, |_| false))
-        }
-        _ => None,
-    };
+    let steering = if args.mode == SenseMode::Zonal { None } else { steering(&world, args.seed) };
     let sense = match args.mode {
         SenseMode::Corrected => Sense::corrected(&world, &zones, options(&args, &photometry)),
         _ => Sense::new(&world, &zones, options(&args, &photometry)),
@@ -97,6 +90,12 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         return Err(Failure::new(Kind::Short, message));
     }
     Ok(())
+}
+
+/// What light particles find steers paths, where there is anything to find.
+pub fn steering(world: &World, seed: u64) -> Option<Zones> {
+    let options = ZoneOptions { budget: 1000, particles: STEERING_PARTICLES, seed };
+    world.has_casters().then(|| Zones::solve_seen(world, &options, None, |_| false))
 }
 
 fn solutions(world: &World, args: &SenseArgs, count: u64) -> Result<Vec<Zones>, Failure> {
@@ -255,7 +254,7 @@ impl<'a> Writer<'a> {
                     "position": p.to_array(), "normal": n.to_array(),
                     "quantity": self.args.quantity.name(), "unit": self.args.quantity.unit(),
                     "photometry": self.photometry.name,
-                    "value": r.scalar, "half_width_95": r.half_width, "rgb": r.value.0,
+                    "value": r.scalar, "half_width_95": r.half_width, "unseen": r.unseen, "rgb": r.value.0,
                     "gathers": r.gathers, "rays": r.rays, "met": r.met,
                 });
                 let comma = if std::mem::take(&mut self.first) { "" } else { ",\n" };

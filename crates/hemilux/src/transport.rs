@@ -10,6 +10,8 @@
 //! (path − zone) / q is added, whose expectation is what the zone gets wrong; a vertex that does not trust its zone takes
 //! nothing from it. Unbiased for the whole light transport, whatever the zones are.
 
+mod lead;
+
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::sampler::Sampler;
 use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
@@ -17,6 +19,7 @@ use crate::world::{Surface, World};
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
+use lead::Lead;
 
 /// A zone is trusted from this many of its radii on.
 pub const ZONE_TRUST: f32 = 2.0;
@@ -135,8 +138,8 @@ pub struct Walker<'a> {
     pub world: &'a World,
     /// Where walks may end; `None`: path tracing.
     pub zones: Option<&'a Zones>,
-    /// What steers gathers where that is not `zones`: its records and predicted field radiance cost noise or save it, and
-    /// change no mean.
+    /// What steers gathers where that is not `zones`, and every later scattering of their walks: its records and predicted field
+    /// radiance cost noise or save it, and change no mean.
     pub steer: Option<&'a Zones>,
     /// Limit on scattering events (path tracing only).
     pub max_depth: u32,
@@ -204,6 +207,8 @@ impl<'a> Walker<'a> {
         let Start { mut origin, mut dir, mut arrival, mut depth, .. } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
+        // What decides survival: as if nothing had led the walk. Where cones lead, little weight meets much radiance.
+        let mut unled = Rgb::WHITE;
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
         // caustic bin holds the same.
         let mut after_chain = Rgb::WHITE;
@@ -211,6 +216,7 @@ impl<'a> Walker<'a> {
         let mut travelled = 0.0;
         // Whether the walk has left the gather's own ray behind.
         let mut later = depth > 1;
+        let mut lead = Lead::new(self.steer);
         loop {
             let Some(s) = hit else {
                 let chain = if in_chain { after_chain } else { Rgb::WHITE };
@@ -245,17 +251,22 @@ impl<'a> Walker<'a> {
                 break;
             }
             let at = Receiver::surface(&s, on);
+            let led = lead.look(&s, on);
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, &at, on, wo, sampler, tally);
+                let pdf = |w: Vec3, wi: Vec3| lead.pdf(led, on, wo, w, wi);
+                radiance += beta * self.direct(&s, &at, on, wo, pdf, sampler, tally);
             }
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
-            let Some(next) = on.sample(wo, u_lobe, u, Quantity::Radiance) else { break };
+            let Some(next) = lead.sample(led, &s, on, wo, u_lobe, u) else { break };
             let wi = s.frame.to_world(next.wi).normalize();
             // Shading normals must not carry radiance through the surface.
             if s.is_front(wi) != (next.wi.z > 0.0) {
                 break;
             }
             beta *= next.weight;
+            // Refraction squeezes radiance and lets it go again: no reason to die in between.
+            unled *=
+                if led > 0.0 && !next.delta { on.albedo(wo) } else { next.weight * (next.eta * next.eta) };
             depth += 1;
             if next.delta {
                 in_chain = true;
@@ -270,7 +281,7 @@ impl<'a> Walker<'a> {
                     _ => Rgb::WHITE,
                 };
             }
-            if beta.is_black() || !roulette(&mut beta, depth, sampler) {
+            if beta.is_black() || !roulette(&mut beta, &mut unled, depth, sampler) {
                 break;
             }
             (origin, dir) = (s.leave(wi), wi);
@@ -381,9 +392,12 @@ impl<'a> Walker<'a> {
         tally: &mut Tally,
     ) -> Rgb {
         let at = Receiver::surface(s, diffuse);
-        let direct = self.direct(s, &at, diffuse, wo, sampler, tally);
+        let mut lead = Lead::new(self.steer);
+        let led = lead.look(s, diffuse);
+        let pdf = |w: Vec3, wi: Vec3| lead.pdf(led, diffuse, wo, w, wi);
+        let direct = self.direct(s, &at, diffuse, wo, pdf, sampler, tally);
         let (u_lobe, u) = (sampler.next1(), sampler.next2());
-        let Some(next) = diffuse.sample(wo, u_lobe, u, Quantity::Radiance) else { return direct };
+        let Some(next) = lead.sample(led, s, diffuse, wo, u_lobe, u) else { return direct };
         let wi = s.frame.to_world(next.wi).normalize();
         if s.is_front(wi) != (next.wi.z > 0.0) {
             return direct;
@@ -394,13 +408,14 @@ impl<'a> Walker<'a> {
         direct + next.weight * path.field_radiance(start, sampler, tally)
     }
 
-    /// One luminaire sample at `s`, weighted against sampling the scattering.
+    /// One luminaire sample at `s`, weighted against the next direction's density `pdf` (of a world and a local direction).
     fn direct(
         &self,
         s: &Surface,
         at: &Receiver,
         bsdf: &Bsdf,
         wo: Vec3,
+        pdf: impl Fn(Vec3, Vec3) -> f32,
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Rgb {
@@ -416,11 +431,7 @@ impl<'a> Walker<'a> {
         if f.is_black() {
             return Rgb::BLACK;
         }
-        let weight = if l.met_by_rays {
-            power_heuristic(l.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi))
-        } else {
-            1.0
-        };
+        let weight = if l.met_by_rays { power_heuristic(l.pdf_solid_angle, pdf(l.wi, wi)) } else { 1.0 };
         tally.rays += 1;
         if l.is_occluded(self.world, s) {
             return Rgb::BLACK;
@@ -450,16 +461,17 @@ fn narrow_share(bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> Rgb {
     Rgb([0, 1, 2].map(|c| if all[c] > 0.0 { part[c] / all[c] } else { 0.0 }))
 }
 
-/// Russian roulette on the throughput; survivors are scaled up.
+/// Russian roulette on the throughput `unled` of a walk that nothing led; survivors are scaled up.
 #[inline]
-fn roulette(beta: &mut Rgb, depth: u32, sampler: &mut Sampler) -> bool {
+fn roulette(beta: &mut Rgb, unled: &mut Rgb, depth: u32, sampler: &mut Sampler) -> bool {
     if depth < ROULETTE_FROM {
         return true;
     }
-    let survive = beta.max().min(0.95);
+    let survive = unled.max().min(0.95);
     if sampler.next1() >= survive {
         return false;
     }
     *beta *= 1.0 / survive;
+    *unled *= 1.0 / survive;
     true
 }
