@@ -137,7 +137,18 @@ pub fn run(words: &[String]) -> Result<(), Failure> {
         weights: scene.photometry.weights,
     };
     let world = World::new(scene);
+    let steering = crate::sense::steering(&world, options.seed);
     let sense = Sense::new(&world, &[], options);
+    let sense = match &steering {
+        Some(zones) => {
+            talk::line(&format!(
+                "note: mirrors or glass: gather rays are led by what {} light particles found (not by -ab, -ad, ...)",
+                zones.particles
+            ));
+            sense.steered(zones)
+        }
+        None => sense,
+    };
     if meaning.header {
         talk::data(&format!(
             "#?RADIANCE\n{}\nSOFTWARE= hemilux {}\nNCOMP=3\nFORMAT=ascii\n\n",

@@ -45,14 +45,7 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
             solutions(&world, &args, args.solution.zone_budget, args.solution.particles, GROUPS as u64)?
         }
     };
-    // Paths are steered by what light particles find, where there is anything to find.
-    let steering = match args.mode {
-        SenseMode::Path if world.has_casters() => {
-            let options = ZoneOptions { budget: LEADING.0 as u32, particles: LEADING.1, seed: args.seed };
-            Some(Zones::solve_seen(&world, &options, None, |_| false))
-        }
-        _ => None,
-    };
+    let steering = if args.mode == SenseMode::Path { steering(&world, args.seed) } else { None };
     let sense = match args.mode {
         SenseMode::Corrected => Sense::corrected(&world, &zones, options(&args, &photometry)),
         _ => Sense::new(&world, &zones, options(&args, &photometry)),
@@ -104,6 +97,12 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         return Err(Failure::new(Kind::Short, message));
     }
     Ok(())
+}
+
+/// What light particles find steers paths, where there is anything to find.
+pub fn steering(world: &World, seed: u64) -> Option<Zones> {
+    let options = ZoneOptions { budget: LEADING.0 as u32, particles: LEADING.1, seed };
+    world.has_casters().then(|| Zones::solve_seen(world, &options, None, |_| false))
 }
 
 fn solutions(

@@ -180,3 +180,15 @@ fn check_counts_and_is_strict_when_asked() {
     assert!(said.contains("100 % of what the luminaires emit leaves the scene"), "{said}");
     assert_eq!(run(&["check", "nowhere.rad"], "").status.code(), Some(1));
 }
+
+/// `rtrace` is steered as `sense` is: a small lamp's light by way of the dome is there, and it says what leads it.
+#[test]
+fn rtrace_is_steered_like_sense() {
+    let out = run(&["rtrace", "-I", "-h", "-ab", "2", "dome.rad"], "1 0 0 0 0 1\n");
+    let value: f64 = text(&out.stdout).split('\t').next().and_then(|v| v.parse().ok()).expect("a value");
+    assert!(out.status.success() && (value / 1.340 - 1.0).abs() < 0.02, "{value} {}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("gather rays are led by what 524288 light particles found"));
+    // Where nothing casts images, nothing leads and nothing is said.
+    let out = run(&["rtrace", "-I", "-h", "lamp.rad"], "0 0 0 0 0 1\n");
+    assert!(!text(&out.stderr).contains("led by"), "{}", text(&out.stderr));
+}

@@ -43,6 +43,8 @@ pub(crate) struct Next {
     pub density: f32,
     /// Whether it came from a delta lobe.
     pub delta: bool,
+    /// Refractive index beyond over that before, 1 where nothing is refracted.
+    pub eta: f32,
 }
 
 impl<'a> Guide<'a> {
@@ -95,7 +97,7 @@ impl<'a> Guide<'a> {
                 let next = bsdf.sample(wo, u_part, u, Quantity::Radiance)?;
                 if next.delta {
                     let weight = next.weight * (1.0 / by_scattering);
-                    return Some(Next { wi: next.wi, weight, density: 0.0, delta: true });
+                    return Some(Next { wi: next.wi, weight, density: 0.0, delta: true, eta: next.eta });
                 }
                 s.frame.to_world(next.wi).normalize()
             }
@@ -108,6 +110,7 @@ impl<'a> Guide<'a> {
             weight: f * (1.0 / density),
             density,
             delta: false,
+            eta: 1.0,
         })
     }
 }

@@ -4,7 +4,9 @@
 //! its own). The half-width is Student's at 95 % over the groups. Work comes in stages: a small pilot decides how much
 //! the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop does
 //! not shape the value (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
-//! too few rays have met, the half-width also holds what those could add (the rule of three). Over zones the value is **biased by the zones**
+//! too few rays have met, the half-width also holds what those could add (the rule of three). The image of a sun could hide so
+//! well that this never ends; then scouts ([`crate::zones::scouts`]) look for it: what they have found elsewhere is searched
+//! for at the sensor, what they have not found is bounded by its flux. Over zones the value is **biased by the zones**
 //! (averaged over as many independent solutions as there are groups), and the reading estimates that bias beside its noise;
 //! continued as paths, or with residuals, it is unbiased.
 
@@ -15,10 +17,13 @@ use crate::sensor::irradiance;
 use crate::transport::{Arrival, Residual, Start, Tally, Walker};
 use crate::world::World;
 use crate::zones::Zones;
+use crate::zones::scouts::Scouts;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
+use hemiquad::points::Key;
 use hemiquad::student_975;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Independent groups behind every interval.
@@ -41,6 +46,22 @@ const MOST_PAIRS: u32 = 64;
 const BIAS_SHARE: f32 = 0.5;
 /// The next stage is at most this much larger than the last.
 const GROWTH: f64 = 64.0;
+
+/// Scouts are sent where an unseen image could hold this many times what a pilot has read.
+const HOPELESS: f64 = 100.0;
+/// Scouts.
+const SCOUTS: u64 = 1 << 20;
+/// What they leave unsaid is to be below this part of the target.
+const SAID: f64 = 0.1;
+/// Rays that look for each image that scouts have found, at least, and for all of them together, at most.
+const LOOK: [f64; 2] = [1e3, 4e6];
+/// Images that are looked for one by one; where there are more, nothing is concluded.
+const MOST_IMAGES: usize = 256;
+/// A sensor that nobody has chosen for it gets more than this many times its share of some flux with a probability below 5 %
+/// (Markov's inequality).
+const SHARES: f64 = 20.0;
+/// What a hit behind a diffuse scattering may count beyond its irradiance: cones choose one image of several, and decide but half.
+const BY_CONES: f64 = 20.0;
 
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,6 +143,19 @@ pub struct Sense<'a> {
     scatters: bool,
     /// What steers gathers that do not end on zones.
     steer: Option<&'a Zones>,
+    /// What scouts found, once they were needed; `None` where they cannot tell.
+    scouts: OnceLock<Option<Scouts>>,
+}
+
+/// Bounds on what is unseen at one sensor, in its scalar, that do not depend on chance hits.
+#[derive(Clone, Copy)]
+struct Verdict {
+    /// By virtual luminaires seen from the sensor.
+    first: f64,
+    /// By those seen from elsewhere, apart from `later_hit`.
+    later: f64,
+    /// What one hit of them may be worth, per gather ray.
+    later_hit: f64,
 }
 
 /// Sums of one group: per band, and what it cost and found.
@@ -149,6 +183,7 @@ impl<'a> Sense<'a> {
             corrected: false,
             scatters: world.has_diffuse(),
             steer: None,
+            scouts: OnceLock::new(),
         }
     }
 
@@ -169,7 +204,8 @@ impl<'a> Sense<'a> {
             return Residual::NONE;
         }
         let one = |group: usize, gather: u32, residual: Residual| {
-            let walker = Walker { zones: self.zones.first(), residual, ..Walker::path(self.world) };
+            let zones = self.zones.first();
+            let walker = Walker { zones, residual, steer: self.steer, ..Walker::path(self.world) };
             let pixel = (index << 16) ^ (0xffu64 << 8) ^ group as u64;
             let mut tally = Tally::default();
             let value = self.estimate(&walker, pixel, gather, p, n, &mut tally).luminance() as f64;
@@ -239,19 +275,26 @@ impl<'a> Sense<'a> {
         };
         let mut rays = 0;
         let residual = self.residual(index, p, n);
+        let mut verdict = None;
         for stage in 0.. {
             let stage_begin = Instant::now();
-            let mut reading = self.stage(index, stage, p, n, per_group, residual);
+            let mut reading = self.stage(index, stage, p, n, per_group, residual, verdict);
+            let of_pilot = reading.unseen * per_group as f64 / PILOT as f64;
+            if stage == 0 && of_pilot > HOPELESS * reading.scalar.abs() {
+                verdict = self.verdict(index, p, n, reading.scalar.abs());
+                reading = self.stage(index, stage, p, n, per_group, residual, verdict);
+            }
             rays += reading.rays;
             reading.rays = rays;
             let (spent, last) = (begin.elapsed(), stage_begin.elapsed());
             let wanted = match self.options.goal {
                 Goal::Gathers(_) => return Reading { met: true, ..reading },
                 Goal::RelativeError(target) => {
+                    // Darkness that every gather of two stages agrees on is an answer, as good as the scene is bright.
+                    let dark = target * self.level();
                     let target = target * reading.scalar.abs();
-                    // Darkness that every gather of two stages agrees on is an answer.
-                    let dark = reading.scalar == 0.0 && reading.half_width == 0.0 && stage > 0;
-                    if stage > 0 && (reading.half_width <= target || dark) {
+                    let target = if reading.scalar == 0.0 { dark } else { target };
+                    if stage > 0 && reading.half_width <= target {
                         return Reading { met: true, ..reading };
                     }
                     let aim = MARGIN * target;
@@ -264,15 +307,26 @@ impl<'a> Sense<'a> {
             let timed = matches!(self.options.goal, Goal::Time(_));
             // A last stage must be worth more than what there is.
             let grow = wanted.clamp(1.0, GROWTH).min(affordable * 0.95);
-            if affordable < wanted.max(1.0) && grow < 2.0 {
+            // A pilot is never the answer.
+            if stage > 0 && affordable < wanted.max(1.0) && grow < 2.0 {
                 return Reading { met: timed, ..reading };
             }
-            per_group = (per_group as f64 * grow).clamp(1.0, 1e9).ceil() as u32;
+            per_group = (per_group as f64 * grow.max(1.0)).clamp(1.0, 1e9).ceil() as u32;
         }
         unreachable!("stages end by returning")
     }
 
-    fn stage(&self, index: u64, stage: u32, p: Vec3, n: Vec3, per_group: u32, residual: Residual) -> Reading {
+    #[allow(clippy::too_many_arguments)]
+    fn stage(
+        &self,
+        index: u64,
+        stage: u32,
+        p: Vec3,
+        n: Vec3,
+        per_group: u32,
+        residual: Residual,
+        verdict: Option<Verdict>,
+    ) -> Reading {
         let group = |g| self.group(index, stage, g, p, n, per_group, residual);
         let groups: Vec<Group> = (0..GROUPS).into_par_iter().map(group).collect();
         let mut mean = [0f64; 3];
@@ -288,8 +342,9 @@ impl<'a> Sense<'a> {
         let degrees = (GROUPS - 1) as f64;
         let student = student_975(degrees) * (variance / GROUPS as f64).sqrt();
         let hits = |of: fn(&Tally) -> u64| groups.iter().map(|g| of(&g.tally)).sum();
-        let unseen = self.unseen(per_group, hits(|t| t.chain_hits), 1.0)
-            + self.unseen(per_group, hits(|t| t.later_hits), self.later(residual));
+        let (first, later) = (hits(|t| t.chain_hits), hits(|t| t.later_hits));
+        let unseen = self.unseen_first(per_group, first, verdict)
+            + self.unseen_later(per_group, later, self.later(residual), verdict);
         Reading {
             value: Rgb(mean.map(|v| v as f32)),
             scalar,
@@ -302,19 +357,87 @@ impl<'a> Sense<'a> {
         }
     }
 
-    /// A bound on what virtual luminaires may add beyond what the spread of the groups shows. The spread says nothing
-    /// while hits are fewer than a handful: none in n rays is compatible with a mean of 3 (Poisson, 95 %), each worth up
-    /// to π times the brightest radiance. `share`: of the gather rays that can have such hits.
-    fn unseen(&self, per_group: u32, hits: u64, share: f64) -> f64 {
-        if self.caution == 0.0 || hits >= ENOUGH_HITS || share <= 0.0 {
-            return 0.0;
-        }
+    /// Gather rays of a stage, and by the rule of three how many hits are compatible with `hits` (fewer than a handful: none is
+    /// compatible with a mean of 3; Poisson, 95 %). Infinitely few where their spread says enough.
+    fn compatible(&self, per_group: u32, hits: u64) -> f64 {
         let rays = match self.options.receiver {
             Receiver::Irradiance => PLAN.rays as f64,
             Receiver::Radiance => 1.0,
         };
         let k = hits as f64;
-        self.caution * (3.0 + 2.0 * k.sqrt()) / (share * rays * per_group as f64 * GROUPS as f64)
+        let mean = if hits >= ENOUGH_HITS { 0.0 } else { 3.0 + 2.0 * k.sqrt() };
+        mean / (rays * per_group as f64 * GROUPS as f64)
+    }
+
+    /// A bound on what virtual luminaires seen from the sensor may add beyond what the spread of the groups shows: hits that might
+    /// have been, each worth up to π times the brightest radiance; or what scouts say.
+    fn unseen_first(&self, per_group: u32, hits: u64, verdict: Option<Verdict>) -> f64 {
+        let by_chance = self.caution * self.compatible(per_group, hits);
+        verdict.map_or(by_chance, |v| by_chance.min(v.first))
+    }
+
+    /// The same of virtual luminaires that are seen from elsewhere, by `share` of the gather rays.
+    fn unseen_later(&self, per_group: u32, hits: u64, share: f64, verdict: Option<Verdict>) -> f64 {
+        if share <= 0.0 {
+            return 0.0;
+        }
+        let compatible = self.compatible(per_group, hits) / share;
+        let by_chance = self.caution * compatible;
+        let said = |v: Verdict| if compatible > 0.0 { v.later + v.later_hit * compatible } else { 0.0 };
+        verdict.map_or(by_chance, |v| by_chance.min(said(v)))
+    }
+
+    /// What scouts say about a sensor that reads about `scalar`, if anything.
+    fn verdict(&self, index: u64, p: Vec3, n: Vec3, scalar: f64) -> Option<Verdict> {
+        if self.options.receiver != Receiver::Irradiance {
+            return None;
+        }
+        let seed = self.options.seed;
+        let send = || Scouts::send(self.world, SCOUTS, seed, self.bright);
+        let scouts = self.scouts.get_or_init(send).as_ref()?;
+        if scouts.images.len() > MOST_IMAGES {
+            return None;
+        }
+        // Irradiance (in the scalar) of an image that fills all of its cone; no luminaire is brighter than this.
+        let whole = |part: f64| self.caution * part;
+        let seen = scouts.images.iter().filter_map(|i| scouts.part(i, p, n)).collect::<Vec<_>>();
+        let largest = seen.iter().map(|s| whole(s.0)).fold(0.0, f64::max);
+        let wanted = match self.options.goal {
+            Goal::RelativeError(target) => SAID * target * scalar,
+            _ => SAID * 0.01 * scalar,
+        };
+        let most = (LOOK[1] / seen.len().max(1) as f64).max(LOOK[0]);
+        let rays = if wanted > 0.0 { (3.0 * largest / wanted).clamp(LOOK[0], most) } else { most } as u64;
+        let key = Key::new(seed).with(0x5ee_4).with(index);
+        for (i, (_, axis, sin2)) in seen.iter().enumerate() {
+            // What is there must be met by gather rays, too.
+            if scouts.hits(self.world, p, *axis, *sin2, rays, key.with(i as u64)) > 0 {
+                return None;
+            }
+        }
+        // Of several images none was met: the sum of what they show is what the rule of three leaves one.
+        let searched = 3.0 * largest / rays as f64;
+        let per_luminance = self.caution / (std::f64::consts::PI * DIM * self.bright as f64);
+        let unknown = SHARES * scouts.unsure * per_luminance / scouts.area.max(f64::MIN_POSITIVE);
+        let anywhere = scouts.images.iter().map(|i| (i.radius / (i.centre - p).length()).min(1.0) as f64);
+        let one = anywhere.map(|sin| whole(sin * sin)).fold(0.0, f64::max);
+        Some(Verdict {
+            first: searched + unknown,
+            later: unknown,
+            later_hit: one * BY_CONES * scouts.images.len() as f64,
+        })
+    }
+
+    /// Mean irradiance on the scene's surfaces (in the scalar, or as radiance), as light particles found it; 0 if there were none.
+    fn level(&self) -> f64 {
+        let Some(zones) = self.steer.or(self.zones.first()) else { return 0.0 };
+        let area: f64 = zones.map().areas().iter().map(|a| *a as f64).sum();
+        let flux: f64 = zones.ledger.incident.iter().zip(self.options.weights).map(|(f, w)| f * w).sum();
+        let per = match self.options.receiver {
+            Receiver::Irradiance => 1.0,
+            Receiver::Radiance => std::f64::consts::FRAC_1_PI,
+        };
+        if area > 0.0 { per * flux / area } else { 0.0 }
     }
 
     /// Share of the gather rays that go on after a diffuse scattering and may meet virtual luminaires there by chance, 0

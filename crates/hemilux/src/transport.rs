@@ -218,6 +218,7 @@ impl<'a> Walker<'a> {
         let Start { mut origin, mut dir, mut arrival, mut depth, .. } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
+        // What decides survival: as if nothing had led the walk. Where cones lead, little weight meets much radiance.
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
         // caustic bin holds the same.
         let mut after_chain = Rgb::WHITE;
@@ -280,7 +281,11 @@ impl<'a> Walker<'a> {
             }
             let before = beta.max();
             beta *= next.weight;
-            worth *= if guide.is_some() { on.albedo(wo).max() } else { beta.max() / before };
+            // Refraction squeezes radiance and lets it go again: no reason to die in between.
+            worth *= match guide.is_some() && !next.delta {
+                true => on.albedo(wo).max(),
+                false => beta.max() / before * next.eta * next.eta,
+            };
             depth += 1;
             if next.delta {
                 in_chain = true;
@@ -485,7 +490,13 @@ fn sample(s: &Surface, bsdf: &Bsdf, guide: Option<&Guide>, wo: Vec3, sampler: &m
         None => {
             let (u_lobe, u) = (sampler.next1(), sampler.next2());
             let next = bsdf.sample(wo, u_lobe, u, Quantity::Radiance)?;
-            Some(Next { wi: next.wi, weight: next.weight, density: next.pdf, delta: next.delta })
+            Some(Next {
+                wi: next.wi,
+                weight: next.weight,
+                density: next.pdf,
+                delta: next.delta,
+                eta: next.eta,
+            })
         }
     }
 }

@@ -2,8 +2,10 @@
 
 mod common;
 use common::*;
-use hemilux::sense::{Goal, Receiver, Sense, SenseOptions};
+use hemilux::sense::{Goal, Reading, Receiver, Sense, SenseOptions};
 use hemilux::world::World;
+use hemilux::zones::scouts::Scouts;
+use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::geom::{DAffine3, DVec3, Vec3};
 use hemilux_scene::*;
 use std::f64::consts::{PI, TAU};
@@ -177,4 +179,106 @@ fn an_image_not_yet_met_widens_the_interval() {
         // Negative control: without the caution most of these intervals would claim the direct part alone.
         assert!(r.unseen > 0.1 || r.scalar > 1.1 * direct, "{r:?}");
     }
+}
+
+fn steering(world: &World) -> Zones {
+    Zones::solve_seen(world, &ZoneOptions { budget: 1000, particles: 1 << 17, seed: 3 }, None, |_| false)
+}
+
+/// A ball of 5 m, diffuse inside, lit by a lamp of 2 mm that shines into a mirror only: every wall is lit by what the mirror throws
+/// somewhere, and the irradiance away from it is that of the integrating sphere, whatever the distribution: ρΦ / (A (1 − ρ)). By
+/// chance no path meets the lamp; paths that are led do. Control: the same without leading.
+#[test]
+fn light_that_mirrors_throw_on_other_walls_is_met_where_particles_lead_to_it() {
+    let mut scene = empty();
+    let (wall, shiny, black) = (diffuse(&mut scene, 0.5), mirror(&mut scene, 0.9), diffuse(&mut scene, 0.0));
+    sphere(&mut scene, [0.0; 3], 5.0, true, wall, None);
+    quad(&mut scene, [-0.5, -0.5, -2.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], shiny, None);
+    let q = Quadric::Disk { height: 0.0, radius: 0.002, inner_radius: 0.0, phi_max: TAU };
+    let placed = DAffine3::from_translation(DVec3::new(0.0, 0.0, -1.9));
+    shape(&mut scene, Geometry::Quadric(q, placed), black, emission(1e6));
+    scene.shapes[2].reverse_orientation = true;
+    let world = World::new(scene);
+    // 97 % of the flux meets the mirror, which keeps 0.9 of it; the edges of both are worth less than 1 %.
+    let flux = PI * 1e6 * PI * 0.002f64.powi(2) * (0.97 * 0.9 + 0.03);
+    let truth = 0.5 * flux / (4.0 * PI * 25.0 * 0.5);
+    let (p, n) = (Vec3::new(2.997, 0.0, -3.996), Vec3::new(-0.6, 0.0, 0.8));
+    let zones = steering(&world);
+    let student = |r: &Reading| r.half_width - r.unseen;
+    for seed in 0..4 {
+        let plain = Sense::new(&world, &[], options(Goal::Gathers(512), seed));
+        let blind = plain.read(0, p, n);
+        let led = Sense::new(&world, &[], options(Goal::Gathers(512), seed)).steered(&zones).read(0, p, n);
+        println!("truth {truth:.4}; led {led:?}; by chance {blind:?}");
+        assert!((led.scalar - truth).abs() <= 1.5 * student(&led) + 0.01 * truth, "{led:?}, truth {truth}");
+        assert!(student(&led) < 0.15 * truth, "{led:?}");
+        // Chance alone finds nothing, and is cautious enough to say so.
+        assert!(blind.scalar + student(&blind) < 0.5 * truth && blind.half_width > truth, "{blind:?}");
+    }
+}
+
+/// A luminous square overhead (1.7408), a sun behind a board, and a mirror that throws its light beside the sensor. The sun's
+/// image could hide from gather rays for ever; scouts say where it is.
+fn beside_a_mirrored_sun(curved: bool) -> World {
+    let mut scene = empty();
+    let (black, shiny) = (diffuse(&mut scene, 0.0), mirror(&mut scene, 0.9));
+    quad(&mut scene, [-1.0, -1.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], black, emission(1.0));
+    let sun = Vec3::new(0.8, 0.0, 0.6);
+    let cos_half_angle = (0.2665f64).to_radians().cos();
+    scene.environments.push(Environment::Sun { direction: sun, cos_half_angle, radiance: Rgb::splat(6e6) });
+    // The board hides sun and its glare from the sensors, not from the mirror.
+    quad(&mut scene, [1.5, -1.0, -1.0], [0.0, 2.0, 0.0], [0.0, 0.0, 4.0], black, None);
+    if curved {
+        sphere(&mut scene, [-3.0, 0.0, 4.0], 0.5, false, shiny, None);
+    } else {
+        quad(&mut scene, [-3.0, -0.5, 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], shiny, None);
+    }
+    World::new(scene)
+}
+
+#[test]
+fn a_suns_image_that_is_not_there_is_ruled_out_and_one_that_is_there_is_not() {
+    let truth = 1.740839503;
+    let world = beside_a_mirrored_sun(false);
+    let zones = steering(&world);
+    let goal = Goal::RelativeError(0.01);
+    // The image is seen at (-0.8, 0, 0.6): from the origin past the mirror.
+    let beside = Sense::new(&world, &[], options(goal, 1)).steered(&zones).read(0, Vec3::ZERO, Vec3::Z);
+    println!("beside {beside:?}");
+    assert!(beside.met && (beside.scalar - truth).abs() <= beside.half_width, "{beside:?}");
+    // From 1.25 m higher, beyond the square's edge, into its middle: 0.9 of the sun at a cosine of 0.6.
+    let p = Vec3::new(0.0, 0.0, 1.25);
+    let there = Sense::new(&world, &[], options(goal, 1)).steered(&zones).read(0, p, Vec3::Z);
+    let sun = 0.9 * 0.6 * 6e6 * PI * (0.2665f64).to_radians().sin().powi(2);
+    println!("there {there:?}, about {sun}");
+    assert!((there.scalar / sun - 1.0).abs() < 0.02 && there.half_width < 0.05 * sun, "{there:?}");
+    // Control: a sensor in the sun's reflection that nothing leads to it must not be told that there is none.
+    let lost = Sense::new(&world, &[], options(Goal::Gathers(64), 1)).read(0, p, Vec3::Z);
+    assert!(lost.half_width > 0.5 * sun || (lost.scalar / sun - 1.0).abs() < 0.1, "{lost:?}");
+    // Where the mirror is curved, scouts do not pretend to tell.
+    assert!(Scouts::send(&world, 1 << 14, 1, 1e5).is_some_and(|s| s.images.len() == 1));
+    assert!(Scouts::send(&beside_a_mirrored_sun(true), 1 << 14, 1, 1e5).is_none());
+}
+
+/// A sensor in the dark of a scene with a mirror: done when what might be unseen is small against what the scene's surfaces receive.
+#[test]
+fn darkness_among_mirrors_is_an_answer() {
+    let mut scene = empty();
+    let (black, shiny) = (diffuse(&mut scene, 0.0), mirror(&mut scene, 0.9));
+    quad(&mut scene, [-1.0, -1.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], black, emission(1.0));
+    quad(&mut scene, [-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], black, None);
+    quad(&mut scene, [-1.2, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 2.0, 0.0], shiny, None);
+    let world = World::new(scene);
+    let zones = steering(&world);
+    let read = |z| {
+        let sense = Sense::new(&world, &[], options(Goal::RelativeError(0.01), 1)).steered(&zones);
+        sense.read(0, Vec3::new(0.0, 0.0, z), -Vec3::Z)
+    };
+    let dark = read(-0.5);
+    println!("{dark:?}");
+    assert!(dark.met && dark.scalar == 0.0 && dark.half_width > 0.0 && dark.half_width < 0.01, "{dark:?}");
+    // Control: without particles nobody knows how bright the scene is.
+    let limit = Duration::from_millis(200);
+    let blind = Sense::new(&world, &[], SenseOptions { limit, ..options(Goal::RelativeError(0.01), 1) });
+    assert!(!blind.read(0, Vec3::new(0.0, 0.0, -0.5), -Vec3::Z).met);
 }

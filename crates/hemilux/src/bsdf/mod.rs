@@ -101,7 +101,7 @@ pub struct BsdfSample {
 
 impl BsdfSample {
     /// What every non-delta reflection has in common.
-    const REFLECTION: BsdfSample = BsdfSample {
+    pub(crate) const REFLECTION: BsdfSample = BsdfSample {
         wi: Vec3::Z,
         weight: Rgb::BLACK,
         pdf: 0.0,

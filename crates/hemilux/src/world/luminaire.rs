@@ -100,6 +100,27 @@ fn cosine(n: Vec3, wi: Vec3) -> f32 {
     if makes(Wrong::Cosine) { 1.0 } else { n.dot(wi).abs() }
 }
 
+/// Weighted sum of the bands, the negative ones aside.
+fn weigh(v: Rgb, weights: [f64; 3]) -> f64 {
+    (0..3).map(|c| weights[c] * v[c].max(0.0) as f64).sum()
+}
+
+/// Largest value of each band of an image.
+fn image_max(scene: &Scene, id: hemilux_scene::ImageId) -> Rgb {
+    let texels = &scene.images[id.0 as usize].texels;
+    texels.iter().fold(Rgb::BLACK, |m, t| Rgb([0, 1, 2].map(|c: usize| m[c].max(t[c]))))
+}
+
+/// A bound on the radiance of an emission.
+fn brightest_of(scene: &Scene, e: &Emission) -> Rgb {
+    let image = e.image.map_or(Rgb::WHITE, |i| image_max(scene, i));
+    let profile = match &e.profile {
+        Profile::Uniform | Profile::Spot { .. } => Rgb::WHITE,
+        Profile::Goniometric { image, .. } | Profile::Projection { image, .. } => image_max(scene, *image),
+    };
+    e.radiance * image * profile
+}
+
 impl Luminaires {
     /// List what emits in `world`.
     pub fn new(world: &World) -> Luminaires {
@@ -271,25 +292,33 @@ impl Luminaires {
     /// A bound on the radiance of any luminaire or sky in any direction, weighted over the bands by `weights`
     /// (non-negative).
     pub fn brightest(&self, scene: &Scene, weights: [f64; 3]) -> f64 {
-        let weigh = |v: Rgb| (0..3).map(|c| weights[c] * v[c].max(0.0) as f64).sum::<f64>();
-        let image_max = |id: hemilux_scene::ImageId| {
-            let texels = &scene.images[id.0 as usize].texels;
-            texels.iter().fold(Rgb::BLACK, |m, t| Rgb([0, 1, 2].map(|c: usize| m[c].max(t[c]))))
-        };
-        let emissions = self.emissions.iter().map(|e| {
-            let image = e.image.map_or(Rgb::WHITE, image_max);
-            let profile = match &e.profile {
-                Profile::Uniform | Profile::Spot { .. } => Rgb::WHITE,
-                Profile::Goniometric { image, .. } | Profile::Projection { image, .. } => image_max(*image),
-            };
-            weigh(e.radiance * image * profile)
+        let emissions = self.emissions.iter().map(|e| weigh(brightest_of(scene, e), weights));
+        let suns = scene.environments.iter().map(|e| match e {
+            hemilux_scene::Environment::Sun { radiance, .. } => weigh(*radiance, weights),
+            _ => 0.0,
         });
+        emissions.chain(suns).fold(self.brightest_wide_sky(scene, weights), f64::max)
+    }
+
+    /// The same of skies other than suns.
+    pub fn brightest_wide_sky(&self, scene: &Scene, weights: [f64; 3]) -> f64 {
         let skies = scene.environments.iter().map(|e| match e {
-            hemilux_scene::Environment::Constant { radiance } => weigh(*radiance),
-            hemilux_scene::Environment::Sun { radiance, .. } => weigh(*radiance),
-            hemilux_scene::Environment::Image { image, scale, .. } => weigh(image_max(*image) * *scale),
+            hemilux_scene::Environment::Constant { radiance } => weigh(*radiance, weights),
+            hemilux_scene::Environment::Image { image, scale, .. } => {
+                weigh(image_max(scene, *image) * *scale, weights)
+            }
+            hemilux_scene::Environment::Sun { .. } => 0.0,
         });
-        emissions.chain(skies).fold(0.0, f64::max)
+        skies.fold(0.0, f64::max)
+    }
+
+    /// A bound on the luminance (W·sr⁻¹·m⁻²) of luminaire `i`; 0 for skies other than suns.
+    pub fn peak_radiance(&self, scene: &Scene, i: u32) -> f64 {
+        let item = &self.items[i as usize];
+        match item.emitter {
+            Emitter::Sky(_) => self.mean_radiance(scene, i) as f64,
+            _ => brightest_of(scene, &self.emissions[item.emission as usize]).luminance() as f64,
+        }
     }
 
     /// Luminaire of a primitive, or [`NO_LUMINAIRE`].

@@ -13,6 +13,7 @@ pub mod map;
 pub mod mesh;
 pub mod particles;
 pub mod records;
+pub mod scouts;
 pub mod sight;
 mod wire;
 

@@ -376,7 +376,7 @@ impl Deposits {
 }
 
 /// The numbers that particle `i` starts from, before they are aimed: well spread over any prefix of the particles.
-fn starting_numbers(key: Key, i: u64) -> Start {
+pub(super) fn starting_numbers(key: Key, i: u64) -> Start {
     // Golden-ratio steps stratify the pick.
     let pick = (key.uniform64(0) + i as f64 * 0.618_033_988_749_894_9).fract() as f32;
     let (index, block) = (i as u32, key.with(i >> 32));
@@ -385,7 +385,7 @@ fn starting_numbers(key: Key, i: u64) -> Start {
 }
 
 /// Where a particle last came from other than through mirrors and glass, and its chain since.
-struct Source {
+pub(super) struct Source {
     /// Whether records of it are wanted.
     known: bool,
     signature: Key,
@@ -412,7 +412,7 @@ impl Source {
         }
     }
 
-    fn of_luminaire(world: &World, luminaire: u32) -> Source {
+    pub(super) fn of_luminaire(world: &World, luminaire: u32) -> Source {
         match world.luminaires.identity(&world.scene, luminaire) {
             Some((name, radius, distance)) => Source {
                 known: true,
@@ -428,7 +428,7 @@ impl Source {
     }
 
     /// Go through the specular interface at `s`.
-    fn pass(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, wo: Vec3, transmitted: bool) {
+    pub(super) fn pass(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, wo: Vec3, transmitted: bool) {
         if self.known {
             self.length += s.t;
             self.previous = s.t;
@@ -436,6 +436,23 @@ impl Source {
             self.signature = self.signature.with(world.patch(s)).with(transmitted as u64);
             let shape = (s.group as u64) << 32 | s.shape as u64;
             self.class = self.class.with(shape).with(transmitted as u64);
+        }
+    }
+
+    /// A record of the chain where it has come `t` m beyond its last interface, to `p`; `back`: unit, the way it came.
+    pub(super) fn record(&self, p: Vec3, back: Vec3, t: f32, flux: f32) -> Record {
+        Record {
+            p,
+            n: back,
+            dir: back,
+            reach: [t, t + self.previous],
+            length: t + self.length,
+            signature: self.signature.bits(0),
+            class: self.class.bits(0),
+            radius: self.radius,
+            flux,
+            strength: self.strength,
+            of_zone: false,
         }
     }
 }
@@ -449,19 +466,7 @@ impl Finds {
         self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
         if recorded {
             let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
-            to.push(Record {
-                p: s.p,
-                n,
-                dir: s.wo,
-                reach: [s.t, s.t + source.previous],
-                length: s.t + source.length,
-                signature: source.signature.bits(0),
-                class: source.class.bits(0),
-                radius: source.radius,
-                flux,
-                strength: source.strength,
-                of_zone: bounce > 0,
-            });
+            to.push(Record { n, of_zone: bounce > 0, ..source.record(s.p, s.wo, s.t, flux) });
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use super::Record;
 use crate::zones::wire::wire;
-use hemilux_scene::geom::{Frame, Vec3};
+use hemilux_scene::geom::{DVec3, Frame, Vec3};
 use std::collections::HashMap;
 
 /// A ball that the ray to an image goes through.
@@ -32,7 +32,8 @@ impl Place {
     fn fit(records: &[Record], reach: impl Fn(&Record) -> f32, known: Option<f32>) -> Place {
         let n = records.len() as f32;
         let point = |r: &Record| r.p + r.dir * reach(r);
-        let centre = records.iter().map(point).sum::<Vec3>() / n;
+        // In double precision: of 100,000 like terms a single-precision sum loses 1 %, more than a small image is wide.
+        let centre = (records.iter().map(|r| point(r).as_dvec3()).sum::<DVec3>() / n as f64).as_vec3();
         let spread = records.iter().map(|r| (point(r) - centre).length_squared()).fold(0.0, f32::max).sqrt();
         // Few points do not show the extent of what they come from.
         let shown = spread * (1.0 + 2.0 / n);
