@@ -389,7 +389,8 @@ impl<'a> Sense<'a> {
 
     /// What scouts say about a sensor that reads about `scalar`, if anything.
     fn verdict(&self, index: u64, p: Vec3, n: Vec3, scalar: f64) -> Option<Verdict> {
-        if self.options.receiver != Receiver::Irradiance {
+        // Bounds on what is met later hold where paths are led.
+        if self.options.receiver != Receiver::Irradiance || self.steer.is_none() {
             return None;
         }
         let seed = self.options.seed;
@@ -408,7 +409,7 @@ impl<'a> Sense<'a> {
         };
         let most = (LOOK[1] / seen.len().max(1) as f64).max(LOOK[0]);
         let rays = if wanted > 0.0 { (3.0 * largest / wanted).clamp(LOOK[0], most) } else { most } as u64;
-        let key = Key::new(seed).with(0x5ee_4).with(index);
+        let key = Key::new(seed).with(0x5ee4).with(index);
         for (i, (_, axis, sin2)) in seen.iter().enumerate() {
             // What is there must be met by gather rays, too.
             if scouts.hits(self.world, p, *axis, *sin2, rays, key.with(i as u64)) > 0 {
