@@ -1,6 +1,7 @@
 //! What can be typed. Defaults that depend on something else are resolved in [`crate::plan`].
 
 use crate::figures::FiguresArgs;
+use crate::hints::HintArgs;
 use crate::probe::ProbeArgs;
 use crate::talk::Talk;
 use crate::values::{self, Crop, Depth, Exposure, Passes, Share, Size};
@@ -126,6 +127,9 @@ pub struct RenderArgs {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// What the user knows of it.
+    #[command(flatten)]
+    pub hints: HintArgs,
     /// Picture to write (.exr, .hdr, .png, .pfm; - is EXR on standard output); may be repeated
     #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE")]
     pub outputs: Vec<PathBuf>,
@@ -308,6 +312,9 @@ pub struct ZonesArgs {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// What the user knows of it.
+    #[command(flatten)]
+    pub hints: HintArgs,
     /// File to write: .hlxz (for `render --zones`) or .ply (coloured mesh); may be repeated
     #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE", required = true)]
     pub outputs: Vec<PathBuf>,
@@ -559,6 +566,9 @@ pub struct SenseArgs {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// What the user knows of it.
+    #[command(flatten)]
+    pub hints: HintArgs,
     /// Also print the 95 % half-width behind each value
     #[arg(long)]
     pub ci: bool,

@@ -13,7 +13,17 @@ pub fn scene(
     lenient: bool,
     talk: &Talk,
 ) -> Result<Scene, Failure> {
-    Ok(all(paths, defines, lenient, talk)?.scene)
+    Ok(loaded(paths, defines, lenient, talk)?.scene)
+}
+
+/// The same with the places that its spans speak of.
+pub fn loaded(
+    paths: &[PathBuf],
+    defines: &[(String, String)],
+    lenient: bool,
+    talk: &Talk,
+) -> Result<Loaded, Failure> {
+    all(paths, defines, lenient, talk)
 }
 
 /// Read a scene as far as it can be read, with all there was to say and the places it was about.

@@ -12,6 +12,7 @@ mod defaults;
 mod draw;
 mod failure;
 mod figures;
+mod hints;
 mod image;
 mod info;
 mod interrupt;

@@ -9,7 +9,7 @@ use crate::plan::{Plan, seconds};
 use crate::progress::{Look, Progress, percent};
 use crate::talk::Talk;
 use crate::values::Size;
-use crate::{load, machine, pilot, radiance, report};
+use crate::{hints, load, machine, pilot, radiance, report};
 use hemilux::checkpoint::{FilmFile, FilmFileError, Origin, Source, ZoneSource};
 use hemilux::film::Film;
 use hemilux::picture;
@@ -19,6 +19,7 @@ use hemilux::strategies;
 use hemilux::transport::Residual;
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
+use hemilux_scene::hints::Hints;
 use serde_json::json;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -38,7 +39,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     let resumed = args.resume.as_deref().map(Resumed::read).transpose()?;
 
     progress.stage("load");
-    let mut scene = load::scene(&args.scene.scenes, &args.scene.defines, args.scene.lenient, &talk)?;
+    let (mut scene, given) = hints::scene(&args.scene, &args.hints, &talk)?;
     if let Some(path) = &args.view {
         scene.camera = load::camera(path, &args.scene.defines, &talk)?;
     }
@@ -50,12 +51,12 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     let mut origin =
         plan.origin(&scene, share.filter(|_| plan.options.mode == Mode::Corrected).unwrap_or(0.0));
     if let Some(resumed) = &resumed {
-        resumed.check(&origin, &plan, &args)?;
+        resumed.check(&origin, &plan, &args, &hints::fingerprint(given.as_ref()))?;
     }
     let writing = plan.writing_time(&targets, &args.screen, kept_at.is_some());
 
     progress.stage("prepare");
-    let world = World::new(scene);
+    let world = hints::world(scene, given.as_ref());
     progress.remark(format!("{} primitives", machine::count(world.primitives() as f64)));
     // The importer has warned where a scene has no luminaire at all.
     if world.luminaires.is_empty() && !world.scene.environments.is_empty() {
@@ -144,13 +145,14 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     let source = Source {
         seed: plan.options.seed,
         zones: checkpoint::zone_source(zones.as_ref(), args.zones.is_some(), &plan.solution),
-        prologue: Vec::new(),
+        prologue: hints::fingerprint(given.as_ref()),
     };
     let mut run = Run {
         args: &args,
         plan: &plan,
         world: &world,
         zones: zones.as_ref(),
+        given: given.as_ref(),
         study,
         residual: origin.residual,
         samples: Samples::default(),
@@ -210,6 +212,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         machine::count(rays as f64),
         error.map_or(String::new(), |e| format!(", typical error of a pixel {}", percent(e)))
     ));
+    summary.extend(hints::lines(&world));
     let progress_times = progress.times();
     progress.end(
         &summary,
@@ -255,13 +258,24 @@ impl Resumed {
     }
 
     /// That this run would make the same samples.
-    fn check(&self, origin: &Origin, plan: &Plan, args: &RenderArgs) -> Result<(), Failure> {
+    fn check(&self, origin: &Origin, plan: &Plan, args: &RenderArgs, hints: &[u8]) -> Result<(), Failure> {
         self.file.origin.check(origin).map_err(|e| checkpoint::refused(&self.path, &e))?;
         if self.file.film.region() != plan.region {
             let text = |r: [u32; 4]| format!("{},{},{},{}", r[0], r[1], r[2], r[3]);
             let (theirs, ours) = (text(self.file.film.region()), text(plan.region));
             let error = FilmFileError::Differs { what: "crop (pixels x0,x1,y0,y1)", theirs, ours };
             return Err(checkpoint::refused(&self.path, &error));
+        }
+        if self.source.prologue != hints {
+            let text = |b: &[u8]| match b {
+                [] => "none".to_owned(),
+                b => b.iter().rev().map(|b| format!("{b:02x}")).collect(),
+            };
+            let (theirs, ours) = (text(&self.source.prologue), text(hints));
+            return Err(checkpoint::refused(
+                &self.path,
+                &FilmFileError::Differs { what: "file of hints", theirs, ours },
+            ));
         }
         let particles = args.solution.particles;
         checkpoint::check_source(&self.path, &self.source, plan.options.seed, &plan.solution, particles)
@@ -451,6 +465,7 @@ struct Run<'a> {
     plan: &'a Plan,
     world: &'a World,
     zones: Option<&'a Zones>,
+    given: Option<&'a Hints>,
     study: Option<Study>,
     residual: f32,
     samples: Samples,
@@ -492,6 +507,9 @@ impl Run<'_> {
             self.args.scene.scenes.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(" "),
         );
         put("scene_hash", format!("{:016x}", scene.content_hash));
+        if let (Some(path), Some(given)) = (&self.args.hints.hints, self.given) {
+            put("hints", format!("{} ({:016x})", path.display(), given.hash));
+        }
         put(
             "mode",
             match options.mode {
@@ -578,6 +596,7 @@ impl Run<'_> {
             "zones": zones, "zonal_bias": bias,
             "residual_share": (options.mode == Mode::Corrected).then_some(self.residual),
             "surprise": self.surprise,
+            "hints": self.given.map(|g| hints::report(self.world, g)),
             "rays": {"picture": self.rays, "pilot": pilot_rays},
             "seconds": stages,
             "budget": {

@@ -5,7 +5,7 @@
 
 use crate::args::{FormName, QuantityName, SenseArgs, SenseMode};
 use crate::failure::{Failure, Kind};
-use crate::load;
+use crate::hints;
 use crate::render::set_threads;
 use crate::talk;
 use hemilux::sense::{GROUPS, Goal, Reading, Receiver, Sense, SenseOptions};
@@ -31,9 +31,9 @@ const LEADING: (u64, u64) = (1000, 1 << 19);
 /// Read sensors, write values.
 pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     set_threads(args.threads)?;
-    let scene = load::scene(&args.scene.scenes, &args.scene.defines, args.scene.lenient, &args.talk)?;
+    let (scene, given) = hints::scene(&args.scene, &args.hints, &args.talk)?;
     let photometry = scene.photometry;
-    let world = World::new(scene);
+    let world = hints::world(scene, given.as_ref());
     let zones = match args.mode {
         SenseMode::Path => Vec::new(),
         SenseMode::Corrected => {
@@ -94,6 +94,9 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         }
     }
     writer.end()?;
+    if !args.talk.quiet {
+        hints::lines(&world).iter().for_each(|l| talk::line(&format!("# {l}")));
+    }
     if missed > 0 {
         let message = format!(
             "{missed} of {index} sensors did not reach the target; their values are printed all the same"

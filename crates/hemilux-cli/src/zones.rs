@@ -6,7 +6,7 @@ use crate::interrupt::Interrupt;
 use crate::plan::{self, seconds};
 use crate::progress::{Progress, percent};
 use crate::render::{set_threads, solve};
-use crate::{load, machine, output, talk};
+use crate::{hints, machine, output, talk};
 use hemilux::world::World;
 use hemilux::zones::{Zones, mesh};
 use hemilux_image::atomic;
@@ -32,9 +32,9 @@ pub fn run(args: ZonesArgs, begin: Instant) -> Result<(), Failure> {
         plan::solution(args.solution.zone_budget, args.solution.particles, args.seed, args.time.is_some())?;
 
     progress.stage("load");
-    let scene = load::scene(&args.scene.scenes, &args.scene.defines, args.scene.lenient, &args.talk)?;
+    let (scene, given) = hints::scene(&args.scene, &args.hints, &args.talk)?;
     progress.stage("prepare");
-    let world = World::new(scene);
+    let world = hints::world(scene, given.as_ref());
     progress.remark(format!("{} primitives", machine::count(world.primitives() as f64)));
 
     progress.stage("zones");
@@ -62,6 +62,7 @@ pub fn run(args: ZonesArgs, begin: Instant) -> Result<(), Failure> {
     );
     if !args.talk.quiet {
         talk::data(&report(&world, &zones))?;
+        hints::lines(&world).iter().for_each(|l| talk::line(l));
     }
     if interrupt.asked() {
         return Err(Interrupt::failure("the solution of fewer particles is written"));

@@ -127,6 +127,32 @@ pub fn compare(image: &Image, reference: &Reference) -> Result<Comparison, Image
     })
 }
 
+/// Pixels whose luminance is above `times` the median of the 5 × 5 around them, and that are not so in the reference.
+///
+/// # Errors
+/// As [`compare`].
+pub fn fireflies(image: &Image, reference: &Image, times: f64) -> Result<Vec<[usize; 2]>, ImageError> {
+    let size = (image.width, image.height);
+    let stands_out = |image: &Image, what: &str| -> Result<Vec<bool>, ImageError> {
+        let pixels = colour(image, size, what)?;
+        let y: Vec<f64> = pixels.iter().map(|p| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]).collect();
+        let around = |i: usize, n: usize| i.saturating_sub(2)..(i + 3).min(n);
+        Ok((0..y.len())
+            .map(|i| {
+                let (column, row) = (i % size.0, i / size.0);
+                let mut near: Vec<f64> = around(row, size.1)
+                    .flat_map(|r| around(column, size.0).map(move |c| (r, c)))
+                    .map(|(r, c)| y[r * size.0 + c])
+                    .collect();
+                let middle = near.len() / 2;
+                y[i] > times * *near.select_nth_unstable_by(middle, f64::total_cmp).1
+            })
+            .collect())
+    };
+    let (picture, truth) = (stands_out(image, "picture")?, stands_out(reference, "reference")?);
+    Ok((0..picture.len()).filter(|&i| picture[i] && !truth[i]).map(|i| [i % size.0, i / size.0]).collect())
+}
+
 /// The pixels of a picture at the given size, linear.
 fn colour(image: &Image, size: (usize, usize), what: &str) -> Result<Vec<[f64; 3]>, ImageError> {
     let named = |e: ImageError| ImageError::unfit(format!("{what}: {}", e.reason));

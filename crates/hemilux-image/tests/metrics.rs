@@ -1,6 +1,6 @@
 //! The metrics against values worked out by hand.
 
-use hemilux_image::metrics::{Reference, compare};
+use hemilux_image::metrics::{Reference, compare, fireflies};
 use hemilux_image::{Encoding, Image, read};
 
 fn grey(values: &[f32]) -> Image {
@@ -110,4 +110,20 @@ fn a_reference_of_another_program_reads_with_its_published_mean() {
     assert_eq!((c.nonfinite, c.left_out), (0, 113));
     // The halves lie on either side of their mean.
     assert!(c.relmse < c.relmse_plain * 2.5 && c.relmse > c.relmse_plain);
+}
+
+/// One pixel of a 7 × 5 picture stands out; it does not count where the reference has it, too.
+#[test]
+fn fireflies_stand_out_of_their_neighbourhood() {
+    let flat = |special: Option<(usize, f32)>| {
+        let mut pixels = [[0.5f32; 3]; 35];
+        if let Some((i, v)) = special {
+            pixels[i] = [v; 3];
+        }
+        Image::from_rgb(7, 5, &pixels)
+    };
+    let bright = flat(Some((2 * 7 + 6, 10.1)));
+    assert_eq!(fireflies(&bright, &flat(None), 20.0).unwrap(), [[6, 2]]);
+    assert!(fireflies(&bright, &bright, 20.0).unwrap().is_empty());
+    assert!(fireflies(&flat(Some((9, 9.9))), &flat(None), 20.0).unwrap().is_empty());
 }

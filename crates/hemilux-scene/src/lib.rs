@@ -9,6 +9,7 @@
 
 pub mod diagnostic;
 pub mod geom;
+pub mod hints;
 pub mod import;
 pub mod scene;
 pub mod spectrum;

@@ -412,6 +412,8 @@ pub struct Shape {
     pub reverse_orientation: bool,
     /// Whether the placement mirrors (flips handedness): flips the geometric normal too.
     pub flips_handedness: bool,
+    /// Name, empty where the file gives none.
+    pub name: String,
     /// Where it was made.
     pub span: Span,
 }

@@ -90,6 +90,7 @@ fn add(scene: &mut Scene, geometry: Geometry, material: MaterialId, emission: Op
         alpha: None,
         reverse_orientation: false,
         flips_handedness: false,
+        name: String::new(),
         span: Span::default(),
     });
 }

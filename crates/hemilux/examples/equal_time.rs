@@ -14,7 +14,7 @@ use hemilux::render::{Mode, RenderOptions, Renderer, Stop};
 use hemilux::transport::Residual;
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
-use hemilux_image::metrics::{Reference, compare};
+use hemilux_image::metrics::{Reference, compare, fireflies};
 use hemilux_image::{Image, tone};
 use hemilux_scene::import::{LoadOptions, load};
 use std::path::{Path, PathBuf};
@@ -125,6 +125,12 @@ fn main() -> Result<(), Failure> {
         if let Some(u) = renderer.surprise() {
             println!("       | surprise {:.4}", u);
         }
+        let flies = fireflies(&image, &references.whole, 20.0)?;
+        println!(
+            "       | fireflies (above 20 x their 5 x 5 median) {} {:?}",
+            flies.len(),
+            &flies[..flies.len().min(6)]
+        );
         let prefix = option("save", "");
         if !prefix.is_empty() {
             hemilux_image::write(format!("{prefix}-{name}.exr"), &image)?;

@@ -8,7 +8,12 @@
 //! from never enters the estimate: where they are wrong they cost noise and no bias.
 //! A [`Strategy`] decides the strata; everything else is shared.
 
+mod draws;
+
+pub use draws::{Stratum, draws};
+
 use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
+use crate::hints::Looks;
 use crate::sampler::{PointSet, Sampler};
 use crate::strategies::{self, Report};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
@@ -16,7 +21,7 @@ use crate::world::Surface;
 use crate::world::luminaire::Receiver;
 use crate::zones::Zones;
 use crate::zones::field::Prediction;
-use crate::zones::records::Cones;
+use crate::zones::records::{Cones, Lent};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -130,13 +135,15 @@ pub fn gather(
     let cones = match steer {
         Some(zones) if !zones.records().is_empty() => {
             let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-            Cones::new(zones.records(), s.p, n)
+            Lent::new(zones.records(), s.p, n)
         }
-        _ => Cones::none(),
+        _ => Lent::none(),
     };
     let cone_rays = cone_rays(&cones, plan);
     let receiver = Receiver::surface(s, bsdf);
-    let at = Point { walker, s, receiver, bsdf, wo, broad: &broad, cones: &cones, cone_rays, plan };
+    let looks = walker.world.hints.looks(&receiver, plan.rays);
+    let at =
+        Point { walker, s, receiver, bsdf, wo, broad: &broad, cones: &cones, cone_rays, looks: &looks, plan };
     let mut radiance = at.by_cones(sampler, tally);
     let by_shadow_rays = at.by_shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
@@ -145,6 +152,10 @@ pub fn gather(
         }
     }
     radiance += at.by_prediction(sampler, tally);
+    if !looks.cones().is_empty() {
+        radiance += at.by_hints(sampler, tally);
+        walker.world.hints.note_gather((radiance + by_shadow_rays).luminance());
+    }
     tally.judge(radiance, radiance + by_shadow_rays);
     radiance + by_shadow_rays
 }
@@ -167,6 +178,7 @@ struct Point<'a> {
     broad: &'a Broad<'a>,
     cones: &'a Cones,
     cone_rays: u32,
+    looks: &'a Looks,
     plan: &'a GatherPlan,
 }
 
@@ -186,7 +198,7 @@ impl Point<'_> {
         if self.cone_rays > 0 {
             density += self.cone_rays as f32 * self.cones.density(w);
         }
-        density
+        density + self.looks.density(w)
     }
 
     /// The part of one lobe's own chart.
@@ -224,6 +236,22 @@ impl Point<'_> {
         for i in 0..n {
             let w = self.cones.sample((i as f32 + shift) / n as f32, points.point(i));
             sum += self.gather_ray(w, self.s.frame.to_local(w), &mut sampler.branch(i), tally);
+        }
+        sum
+    }
+
+    /// The part of the strata that hints ask for.
+    fn by_hints(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        for cone in self.looks.cones() {
+            let points = self.plan.strategy.points(sampler, cone.rays);
+            let mut brought = Rgb::BLACK;
+            for i in 0..cone.rays {
+                let w = cone.sample(points.point(i));
+                brought += self.gather_ray(w, self.s.frame.to_local(w), &mut sampler.branch(i), tally);
+            }
+            self.walker.world.hints.note_look(cone, brought.luminance());
+            sum += brought;
         }
         sum
     }

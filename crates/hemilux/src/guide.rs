@@ -14,25 +14,18 @@ use crate::sampler::Sampler;
 use crate::world::Surface;
 use crate::zones::Zones;
 use crate::zones::field::Prediction;
-use crate::zones::records::Cones;
+use crate::zones::records::Lent;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
-use std::cell::RefCell;
 
 /// Share of the cones, where there are any, ...
 const BY_CONES: f32 = 0.35;
 /// ... and, of the rest, of the prediction, where there is one.
 const BY_PREDICTION: f32 = 0.5;
 
-thread_local! {
-    /// Room for cones, used again: they are large, and vertices many.
-    static SPARE: RefCell<Vec<Box<Cones>>> = const { RefCell::new(Vec::new()) };
-}
-
 /// The mixture at one vertex.
 pub(crate) struct Guide<'a> {
-    /// `None` where there are none.
-    cones: Option<Box<Cones>>,
+    cones: Lent,
     prediction: Option<Prediction<'a>>,
     /// Share of the cones, of the prediction, of the scattering.
     shares: [f32; 3],
@@ -60,8 +53,11 @@ impl<'a> Guide<'a> {
         }
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
         let prediction = zones.field().near(s.p, n);
-        let cones = cones(zones, s.p, n);
-        let by_cones = if cones.is_some() { BY_CONES } else { 0.0 };
+        let cones = match zones.records().is_empty() {
+            true => Lent::none(),
+            false => Lent::new(zones.records(), s.p, n),
+        };
+        let by_cones = if cones.is_empty() { 0.0 } else { BY_CONES };
         let by_prediction = if prediction.is_some() { BY_PREDICTION * (1.0 - by_cones) } else { 0.0 };
         let shares = [by_cones, by_prediction, 1.0 - by_cones - by_prediction];
         (shares[2] < 1.0).then(|| Guide { cones, prediction, shares })
@@ -70,8 +66,8 @@ impl<'a> Guide<'a> {
     /// Density per steradian at unit `w`, where the scattering alone has `own`.
     pub fn density(&self, w: Vec3, own: f32) -> f32 {
         let mut density = self.shares[2] * own;
-        if let Some(cones) = &self.cones {
-            density += self.shares[0] * cones.density(w);
+        if self.shares[0] > 0.0 {
+            density += self.shares[0] * self.cones.density(w);
         }
         if let Some(prediction) = &self.prediction {
             density += self.shares[1] * prediction.pdf_solid_angle(w);
@@ -83,9 +79,9 @@ impl<'a> Guide<'a> {
     pub fn sample(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler) -> Option<Next> {
         let (pick, u_part, u) = (sampler.next1(), sampler.next1(), sampler.next2());
         let [by_cones, by_prediction, by_scattering] = self.shares;
-        let w = match (&self.cones, &self.prediction) {
-            (Some(cones), _) if pick < by_cones => cones.sample(u_part, u),
-            (_, Some(prediction)) if pick < by_cones + by_prediction => prediction.sample(u).0,
+        let w = match &self.prediction {
+            _ if pick < by_cones => self.cones.sample(u_part, u),
+            Some(prediction) if pick < by_cones + by_prediction => prediction.sample(u).0,
             _ => {
                 let next = bsdf.sample(wo, u_part, u, Quantity::Radiance)?;
                 if next.delta {
@@ -105,26 +101,4 @@ impl<'a> Guide<'a> {
             delta: false,
         })
     }
-}
-
-impl Drop for Guide<'_> {
-    fn drop(&mut self) {
-        if let Some(cones) = self.cones.take() {
-            SPARE.with_borrow_mut(|spare| spare.push(cones));
-        }
-    }
-}
-
-/// The cones at `p`, in room used before; `None` if there are none.
-fn cones(zones: &Zones, p: Vec3, n: Vec3) -> Option<Box<Cones>> {
-    if zones.records().is_empty() {
-        return None;
-    }
-    let mut cones = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
-    cones.fill(zones.records(), p, n);
-    if cones.is_empty() {
-        SPARE.with_borrow_mut(|spare| spare.push(cones));
-        return None;
-    }
-    Some(cones)
 }

@@ -15,6 +15,7 @@ pub mod checkpoint;
 pub mod film;
 pub mod gather;
 mod guide;
+pub mod hints;
 pub mod picture;
 pub mod render;
 pub mod residual;

@@ -299,19 +299,39 @@ impl<'a> Renderer<'a> {
         for i in 0..tile.pixels.len() as u32 {
             let (x, y) = (tile.x0 + i % tile.width, tile.y0 + i / tile.width);
             let pixel = y as u64 * width as u64 + x as u64;
+            let several = self.world.hints.samples(x, y, self.size);
             for pass in passes.clone() {
-                let mut sampler = Sampler::new(self.options.seed, pixel, pass);
-                let (u_film, u_lens) = (sampler.next2(), sampler.next2());
-                let ray = self.lens.ray(x, y, u_film, u_lens);
-                let mut sample = self.sample(&ray, &mut sampler, &mut tally);
-                sample.radiance *= ray.weight * self.world.scene.film.scale;
-                tile.pixels[i as usize].add(pass, &sample);
+                tile.pixels[i as usize].add(pass, &self.pixel([x, y], pixel, pass, several, &mut tally));
             }
         }
         for (sum, part) in self.surprise.iter().zip([tally.gathered, tally.surprise]) {
             sum.fetch_add((part * 65536.0) as u64, Ordering::Relaxed);
         }
         tally.rays
+    }
+
+    /// Pass `pass` of a pixel: the mean of `several` camera samples (more than one where a hint asks for it).
+    fn pixel(&self, [x, y]: [u32; 2], pixel: u64, pass: u32, several: u32, tally: &mut Tally) -> Sample {
+        let one = |pass: u32, tally: &mut Tally| {
+            let mut sampler = Sampler::new(self.options.seed, pixel, pass);
+            let (u_film, u_lens) = (sampler.next2(), sampler.next2());
+            let ray = self.lens.ray(x, y, u_film, u_lens);
+            let mut sample = self.sample(&ray, &mut sampler, tally);
+            sample.radiance *= ray.weight * self.world.scene.film.scale;
+            sample
+        };
+        let first = pass.wrapping_mul(several);
+        let mut whole = one(first, tally);
+        for k in 1..several {
+            let more = one(first.wrapping_add(k), tally);
+            whole.radiance += more.radiance;
+            whole.albedo += more.albedo;
+        }
+        if several > 1 {
+            whole.radiance *= 1.0 / several as f32;
+            whole.albedo *= 1.0 / several as f32;
+        }
+        whole
     }
 
     /// Share of the gathered luminance that came from directions in which the strata expected less than a tenth of it, over

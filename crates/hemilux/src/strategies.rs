@@ -11,10 +11,12 @@
 
 use crate::bsdf::{Bsdf, Lobe, LobeClass, Transport as Quantity};
 use crate::gather::{self, GatherPlan, Strategy};
+use crate::hints::CriterionHint;
 use crate::sampler::Sampler;
 use crate::transport::{Arrival, Start, Tally, Walker};
-use crate::world::Surface;
 use crate::world::balls::Ball;
+use crate::world::luminaire::Receiver;
+use crate::world::{Surface, World};
 use crate::zones::Zones;
 use crate::zones::records::Cones;
 use hemilux_scene::Rgb;
@@ -109,8 +111,9 @@ impl Report {
 
     /// Hand the method, told what is known at a point, to `then`.
     pub fn with<R>(self, known: &Known, then: impl FnOnce(&dyn Method<[f64; 3]>) -> R) -> R {
+        let asked = known.criterion.map(criterion_of);
+        let criterion = asked.unwrap_or(Criterion::Contrast).into();
         let contrast = PainterSloan { criterion: Criterion::Contrast.into(), parent: Parent::Keep };
-        let criterion = Criterion::Contrast.into();
         match self {
             Report::Uniform => then(&Jittered),
             Report::Luminaires => then(&ShirleyWang::new(&known.lamps)),
@@ -120,13 +123,18 @@ impl Report {
                 then(&WardShadows { luminaires: &known.lamps, tolerance: 0.1, history: &history })
             }
             Report::Regions => then(&KirkArvo::new(&known.regions)),
-            Report::TwoStage => then(&TwoStage::default()),
+            Report::TwoStage => {
+                let plain = TwoStage::default();
+                then(&TwoStage { criterion: asked.map_or(plain.criterion, Into::into), ..plain })
+            }
             Report::Voronoi => then(&Glassner { criterion }),
             Report::Contrast => then(&contrast),
             Report::Value => then(&PainterSloan { criterion: Criterion::Value.into(), parent: Parent::Keep }),
             Report::Triangles => then(&BeyerLange { criterion }),
             Report::Delaunay => then(&DelaunayAdaptive { criterion }),
-            Report::Enlarged(k) => then(&Enlarged { k: k as f64, inner: contrast }),
+            Report::Enlarged(k) => {
+                then(&Enlarged { k: k as f64, inner: PainterSloan { criterion, ..contrast } })
+            }
             Report::Shrinking => then(&Shrinking::default()),
         }
     }
@@ -140,6 +148,17 @@ pub struct Known {
     /// Luminaires, then virtual luminaires, then casters.
     pub regions: Vec<Region>,
     images: Vec<(Vec3, f32, f32)>,
+    /// Hinted criterion.
+    criterion: Option<CriterionHint>,
+}
+
+fn criterion_of(hint: CriterionHint) -> Criterion<'static> {
+    match hint {
+        CriterionHint::Contrast => Criterion::Contrast,
+        CriterionHint::Value => Criterion::Value,
+        CriterionHint::Deviation => Criterion::Deviation,
+        CriterionHint::Unresolved => Criterion::Unresolved,
+    }
 }
 
 impl Known {
@@ -184,6 +203,22 @@ impl Known {
         };
         even(&mut self.regions[before..images], all);
         even(&mut self.regions[images..], 0.5 * all);
+        self.criterion = world.hints.criterion();
+        self.hinted(world, s, bsdf, side, all);
+    }
+
+    /// Cones that hints ask to look into: each with its share of what luminaires have.
+    fn hinted(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, side: f32, all: f64) {
+        const WHOLE: u32 = 1000;
+        for look in world.hints.looks(&Receiver::surface(s, bsdf), WHOLE).cones() {
+            let (axis, height) = look.shape();
+            let local = s.frame.to_local(axis);
+            let axis = Dir::normalize(local.x as f64, local.y as f64, (side * local.z) as f64);
+            if let Some(axis) = axis.filter(|a| a.z > 0.0 && height < 1.0 - WIDEST.cos()) {
+                let weight = all * look.rays as f64 / WHOLE as f64;
+                self.regions.push(Region { shape: Shape::Cap { axis, height: height as f64 }, weight });
+            }
+        }
     }
 
     fn virtual_luminaires(&mut self, walker: &Walker, s: &Surface, side: f32) {

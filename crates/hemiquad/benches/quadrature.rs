@@ -68,9 +68,10 @@ fn bookkeeping(c: &mut Bench) {
     for round in 0..3 {
         trained.learn(&mut { f }, 1000, 300, Key::new(round), Default::default());
     }
-    let methods: [&dyn Method<f64>; 11] = [
+    let methods: [&dyn Method<f64>; 12] = [
         &Jittered,
         &Sobol,
+        &Interlaced,
         &PainterSloan { criterion: Criterion::Contrast.into(), ..Default::default() },
         &PainterSloan { criterion: Criterion::Value.into(), ..Default::default() },
         &TwoStage::default(),

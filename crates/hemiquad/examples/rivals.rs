@@ -65,7 +65,7 @@ fn main() {
         let told = Predicted::<f64>::from_regions(&wide);
         let (blind, sequential) = (TwoStage::blind(), Sequential::default());
         let (linear, cubature) = (LinearControl::default(), GenzMalik::default());
-        let always: [&dyn Method<f64>; 5] = [&Sobol, &blind, &sequential, &linear, &cubature];
+        let always: [&dyn Method<f64>; 6] = [&Sobol, &Interlaced, &blind, &sequential, &linear, &cubature];
         let mut methods: Vec<(String, &dyn Method<f64>)> =
             always.into_iter().map(|m| (m.name().to_string(), m)).collect();
         if !wide.is_empty() {

@@ -1,10 +1,17 @@
 //! The one table: every method on every problem.
 //!
-//! `cargo run --release -p hemiquad --example suite -- [--runs 400] [--only PART] [--full]`
+//! `cargo run --release -p hemiquad --example suite -- [--runs 400] [--only PART] [--problem PART] [--threads 2] [--full]`
+//!
+//! `--only` takes the methods, `--problem` the problems, whose names hold PART.
 //!
 //! Relative RMSE at 64, 256, 1024 and 4096 evaluations (a quarter of the runs at 4096), the bias z-score over all runs at 1024,
 //! the coverage of the 95 % interval at 1024, and the worst run at 1024 (relative error). Problems sit at a new random place in
 //! every run. z is "rare" where fewer than 20 runs carry the variance, so that no z-test would mean anything.
+//!
+//! The bound of 4 is passed by chance once in 16,000 normal means. Errors with a heavy tail have means that are not normal after a few
+//! hundred runs: too few large errors make mean and spread small together, and z falls below -4 far more often. So an unbiased method
+//! beyond 4 is looked at again, with other keys and sixteen times the runs, under the same bound: a bias that gave 4 gives 16 there,
+//! chance does not come twice.
 
 use hemiquad::map::Concentric;
 use hemiquad::method::*;
@@ -83,6 +90,7 @@ fn entries() -> Vec<Entry> {
     vec![
         plain!(false, Jittered),
         plain!(false, Sobol),
+        plain!(false, Interlaced),
         plain!(true, ProductGauss { rule: ProductRule::Square }),
         plain!(true, ProductGauss { rule: ProductRule::Hemisphere }),
         known!("DirectIndirect", false, |i, n, k, w| DirectIndirect::new(&i.features).integrate(
@@ -166,11 +174,48 @@ struct Cell {
     rmse: [f64; 4],
     z: f64,
     z_valid: bool,
+    /// z of the second look, if there was one.
+    again: Option<f64>,
     cover: f64,
     asked: f64,
     worst: f64,
     unexplored: f64,
     overspent: bool,
+}
+
+/// Beyond this many standard errors a mean is taken to be off.
+const FOUND_OUT: f64 = 4.0;
+
+/// How many times the runs of the first look the second one has.
+const SECOND_LOOK: u64 = 16;
+
+/// Relative error of one run, with what came of it.
+fn one(
+    e: &Entry,
+    p: &Problem,
+    n: u32,
+    key: Key,
+    work: &mut Workspace<f64>,
+) -> (f64, Estimate<f64>, Instance) {
+    let i = p.instance(key.with(1));
+    let est = (e.run)(&i, n, key.with(2), work);
+    ((est.value - i.exact) / i.exact, est, i)
+}
+
+fn moment(errors: &[f64], about: f64, power: i32) -> f64 {
+    errors.iter().map(|d| (d - about).powi(power)).sum::<f64>() / errors.len() as f64
+}
+
+/// z-score of the mean, and whether enough of the errors carry the variance for it to mean anything.
+fn z_score(errors: &[f64]) -> (f64, bool) {
+    if moment(errors, 0.0, 2).sqrt() < 1e-12 {
+        return (0.0, true);
+    }
+    let runs = errors.len() as f64;
+    let mean = moment(errors, 0.0, 1);
+    let (m2, m4) = (moment(errors, mean, 2), moment(errors, mean, 4));
+    // Effective number of runs that carry the variance; none at all where every run saw the same.
+    (mean / (m2 / runs).sqrt(), m2 > 1e-24 && m2 * m2 * runs >= 20.0 * m4)
 }
 
 fn measure(e: &Entry, p: &Problem, runs: u64, work: &mut Workspace<f64>) -> Cell {
@@ -179,10 +224,7 @@ fn measure(e: &Entry, p: &Problem, runs: u64, work: &mut Workspace<f64>) -> Cell
         let runs = if n == 4096 { (runs / 4).max(2) } else { runs };
         let mut errors = Vec::with_capacity(runs as usize);
         for r in 0..runs {
-            let key = Key::new(r).with(n as u64);
-            let i = p.instance(key.with(1));
-            let est = (e.run)(&i, n, key.with(2), work);
-            let d = (est.value - i.exact) / i.exact;
+            let (d, est, i) = one(e, p, n, Key::new(r).with(n as u64), work);
             errors.push(d);
             if est.evaluations.total() as f64 > 1.1 * n as f64 + 8.0 {
                 cell.overspent = true;
@@ -197,17 +239,15 @@ fn measure(e: &Entry, p: &Problem, runs: u64, work: &mut Workspace<f64>) -> Cell
                 }
             }
         }
-        let moment = |about: f64, power: i32| {
-            errors.iter().map(|d| (d - about).powi(power)).sum::<f64>() / runs as f64
-        };
-        cell.rmse[b] = moment(0.0, 2).sqrt();
+        cell.rmse[b] = moment(&errors, 0.0, 2).sqrt();
         if n == 1024 {
-            let mean = moment(0.0, 1);
-            let (m2, m4) = (moment(mean, 2), moment(mean, 4));
-            let exact = cell.rmse[b] < 1e-12;
-            cell.z = if exact { 0.0 } else { mean / (m2 / runs as f64).sqrt() };
-            // Effective number of runs that carry the variance; none at all where every run saw the same.
-            cell.z_valid = exact || (m2 > 1e-24 && m2 * m2 * runs as f64 >= 20.0 * m4);
+            (cell.z, cell.z_valid) = z_score(&errors);
+            if !e.biased && cell.z_valid && cell.z.abs() > FOUND_OUT {
+                let fresh = |r: u64| Key::new(r).with(n as u64).with(2);
+                let errors: Vec<f64> =
+                    (0..SECOND_LOOK * runs).map(|r| one(e, p, n, fresh(r), work).0).collect();
+                cell.again = Some(z_score(&errors).0);
+            }
         }
     }
     cell
@@ -222,7 +262,8 @@ fn main() {
     let threads: usize = value("--threads").and_then(|v| v.parse().ok()).unwrap_or(2);
     let entries: Vec<Entry> =
         entries().into_iter().filter(|e| only.as_ref().is_none_or(|o| e.name.contains(o.as_str()))).collect();
-    let problems = problems();
+    let part = value("--problem").unwrap_or_default();
+    let problems: Vec<Problem> = problems().into_iter().filter(|p| p.name.contains(&part)).collect();
     let jobs: Vec<(usize, usize)> =
         (0..problems.len()).flat_map(|p| (0..entries.len()).map(move |e| (p, e))).collect();
     let next = AtomicUsize::new(0);
@@ -238,6 +279,7 @@ fn main() {
                         continue;
                     }
                     let cell = measure(&entries[e], &problems[p], runs, &mut work);
+                    eprint!("\r{:>5} of {} ", j + 1, jobs.len());
                     if let Ok(mut all) = cells.lock() {
                         all[j] = Some(cell);
                     }
@@ -251,7 +293,7 @@ fn main() {
         |x: f64| if x >= 0.1 { format!("{:.0} %", 100.0 * x) } else { format!("{:.2} %", 100.0 * x) };
     println!("## Per method, pooled ({runs} runs per problem)\n");
     println!(
-        "Median over the problems of a class of the relative RMSE at 1024 evaluations; coverage of the 95 % interval at 1024, pooled; problems with |z| > 4 of those where a z-test means something.\n"
+        "Median over the problems of a class of the relative RMSE at 1024 evaluations; coverage of the 95 % interval at 1024, pooled; problems with |z| > 4 of those where a z-test means something, and, for unbiased methods, how many of them are beyond 4 again with other keys and sixteen times the runs.\n"
     );
     println!(
         "| method | smooth | rough | edge | compact | ragged | coverage | … on compact | \\|z\\| > 4 | biased |"
@@ -276,9 +318,11 @@ fn main() {
             if a > 0.0 { format!("{:.1} %", 100.0 * c / a) } else { "none given".into() }
         };
         let tested: Vec<Cell> = (0..problems.len()).filter_map(|p| get(p, e)).filter(|c| c.z_valid).collect();
-        let bad = tested.iter().filter(|c| c.z.abs() > 4.0).count();
+        let bad = tested.iter().filter(|c| c.z.abs() > FOUND_OUT).count();
+        let again = tested.iter().filter(|c| c.again.is_some_and(|z| z.abs() > FOUND_OUT)).count();
+        let again = if entry.biased || bad == 0 { String::new() } else { format!(", again {again}") };
         println!(
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {bad} of {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {bad} of {}{again} | {} |",
             entry.name,
             column(Class::Smooth),
             column(Class::Rough),
@@ -304,7 +348,10 @@ fn main() {
         println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
         for (e, entry) in entries.iter().enumerate() {
             let Some(c) = get(p, e) else { continue };
-            let z = if c.z_valid { format!("{:+.1}", c.z) } else { "rare".into() };
+            let mut z = if c.z_valid { format!("{:+.1}", c.z) } else { "rare".into() };
+            if let Some(again) = c.again {
+                z += &format!(", again {again:+.1}");
+            }
             let cover = if c.asked > 0.0 { percent(c.cover / c.asked) } else { "–".into() };
             println!(
                 "| {}{} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {z} | {cover} | {:.1e} | {:.1}° |",

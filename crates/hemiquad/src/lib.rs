@@ -13,7 +13,7 @@
 //!
 //! # Where to begin
 //!
-//! * Smooth integrand: [`method::Sobol`], or [`method::GenzMalik`] when it is smooth and needs many digits.
+//! * Smooth integrand: [`method::Interlaced`], or [`method::GenzMalik`] when it is smooth and needs many digits.
 //! * Edges, nothing known: [`method::TwoStage::blind`].
 //! * Small bright features that the integrand can enlarge on request ([`Size`]): [`method::TwoStage`].
 //! * A guess where the features are: [`method::Predicted`].

@@ -1,11 +1,18 @@
-//! Points of the unit square: uniform, jittered, Owen-scrambled Sobol'. Everything is addressed by hashing.
+//! Points of the unit square: uniform, jittered, Owen-scrambled Sobol', interlaced Sobol' of order two. Everything is addressed by
+//! hashing.
 //!
 //! A [`Key`] is the address of a random number (seed, pixel, pass, …); the same address always gives the same number,
 //! whatever was asked before, by whatever thread. There are no generator objects.
 //!
 //! Sobol' points: I. M. Sobol' 1967; the scrambling is A. B. Owen's (1995), done by a hash that only lets a digit depend
 //! on the digits above it (S. Laine and T. Karras 2011; B. Burley 2020).
+//!
+//! Interlaced points: J. Dick, "Higher order scrambled digital nets achieve the optimal rate of the root mean square error for
+//! smooth integrands", Annals of Statistics 39(3), 2011. Of a four-dimensional scrambled Sobol' point two coordinates at a time are
+//! made one by taking their digits in turn. Where the integrand has two derivatives per coordinate the error falls with n^-2.5 but for
+//! logarithms; elsewhere like that of Sobol' points.
 
+use crate::curve::interleave;
 use crate::map::Uv;
 
 /// The address of random numbers. Extend it with [`Key::with`]; order matters.
@@ -132,6 +139,70 @@ pub fn sobol_bits(index: u32, key: Key) -> [u32; 2] {
     let i = owen_reversed(index.reverse_bits(), key.bits64(0)).reverse_bits();
     // The digits of both coordinates, least significant bit first: van der Corput's, and Sobol's second.
     [owen_reversed(i, key.bits64(1)).reverse_bits(), owen_reversed(pascal(i), key.bits64(2)).reverse_bits()]
+}
+
+/// The `index`-th point of a two-dimensional interlaced Sobol' sequence of order two, scrambled and shuffled by `key`: 52 binary
+/// digits per coordinate, at the middle of their interval. Keys that differ give independent randomisations, and every point is
+/// uniform on the square.
+#[inline]
+pub fn interlaced(index: u32, key: Key) -> Uv<f64> {
+    let unit = |b: u64| ((b >> 12) as f64 + 0.5) * (1.0 / (1u64 << 52) as f64);
+    let [a, b] = interlaced_bits(index, key);
+    Uv::new(unit(a), unit(b))
+}
+
+/// The 64 binary digits of both coordinates of [`interlaced`], most significant first: digits 1, 3, 5, … of the first are those of
+/// the first Sobol' coordinate, digits 2, 4, 6, … those of the second; for the second it is the fourth and the third. (Of all
+/// ways to pair them this was among the two best of 256 on smooth families, by up to a factor of two.)
+#[inline]
+pub fn interlaced_bits(index: u32, key: Key) -> [u64; 2] {
+    let i = owen_reversed(index.reverse_bits(), key.bits64(0)).reverse_bits();
+    let scrambled = |digits: u32, dim: u32| owen_reversed(digits, key.bits64(dim)).reverse_bits();
+    let (first, second) = (scrambled(i, 1), scrambled(pascal(i), 2));
+    let (third, fourth) = (scrambled(times(&THIRD, i), 3), scrambled(times(&FOURTH, i), 4));
+    [interleave(second, first), interleave(third, fourth)]
+}
+
+/// Columns of the generator matrices of the third and fourth Sobol' coordinate, first digit in the lowest bit: primitive polynomials
+/// x² + x + 1 and x³ + x + 1, starting values of P. Bratley and B. L. Fox (Algorithm 659, 1988).
+const THIRD: [u32; 32] = columns([1, 1, 0], 2, 0b1);
+const FOURTH: [u32; 32] = columns([1, 3, 7], 3, 0b01);
+
+/// Sobol's recurrence: `start` holds the first `degree` odd numbers, bit degree - 1 - k of `inner` is the polynomial's k-th inner
+/// coefficient.
+const fn columns(start: [u32; 3], degree: usize, inner: u32) -> [u32; 32] {
+    let mut m = [0u64; 32];
+    let mut out = [0; 32];
+    let mut j = 0;
+    while j < 32 {
+        if j < degree {
+            m[j] = start[j] as u64;
+        } else {
+            m[j] = m[j - degree] ^ (m[j - degree] << degree);
+            let mut k = 1;
+            while k < degree {
+                if (inner >> (degree - 1 - k)) & 1 == 1 {
+                    m[j] ^= m[j - k] << k;
+                }
+                k += 1;
+            }
+        }
+        // m / 2^(j+1), with the first binary digit in the lowest bit.
+        out[j] = ((m[j] << (31 - j)) as u32).reverse_bits();
+        j += 1;
+    }
+    out
+}
+
+/// Multiplies the binary digits of an index by a generator matrix modulo 2.
+#[inline(always)]
+fn times(columns: &[u32; 32], mut i: u32) -> u32 {
+    let mut digits = 0;
+    while i != 0 {
+        digits ^= columns[i.trailing_zeros() as usize];
+        i &= i - 1;
+    }
+    digits
 }
 
 /// Multiplies the binary digits of an index by the Pascal matrix modulo 2, the generator matrix of Sobol's second

@@ -29,9 +29,10 @@ fn no_heap_calls_after_warm_up() {
     }
     trained.refine(256, 4);
     trained.finish(Default::default());
-    let methods: [&dyn Method<f64>; 20] = [
+    let methods: [&dyn Method<f64>; 21] = [
         &Jittered,
         &Sobol,
+        &Interlaced,
         &ProductGauss::default(),
         &DirectIndirect::new(&regions),
         &ShirleyWang::new(&regions),

@@ -52,7 +52,7 @@ const VALUE: PainterSloan = PainterSloan {
 };
 
 #[test]
-fn jittered_puts_one_sample_in_each_cell_and_sobol_does_better_on_smooth_integrands() {
+fn jittered_puts_one_sample_in_each_cell_and_nets_of_either_order_do_better_on_smooth_integrands() {
     let count = |m: &dyn Method<f64>| {
         let mut cells = [0; 256];
         for p in probes(m, 256, &|_| 0.0) {
@@ -65,6 +65,11 @@ fn jittered_puts_one_sample_in_each_cell_and_sobol_does_better_on_smooth_integra
     let f = |p: Uv<f64>| (p.u + p.v).exp();
     let exact = (std::f64::consts::E - 1.0).powi(2);
     assert!(rms(&Sobol, 8192, exact, &f) < 0.3 * rms(&Jittered, 8192, exact, &f));
+    // The second order pays where there are second derivatives, and only there.
+    assert!(rms(&Interlaced, 8192, exact, &f) < 0.4 * rms(&Sobol, 8192, exact, &f));
+    let disk = |p: Uv<f64>| f64::from((p.u - 0.43).hypot(p.v - 0.56) < 0.31);
+    let area = std::f64::consts::PI * 0.31 * 0.31;
+    assert!(rms(&Interlaced, 8192, area, &disk) > 0.5 * rms(&Sobol, 8192, area, &disk));
 }
 
 #[test]
@@ -401,9 +406,10 @@ fn vectors_batches_and_channels() {
 fn nothing_is_never_claimed_to_be_known() {
     // HCubature.jl's "stubborn function": two small patches, and not one sample in them. No "0 ± 0".
     let patches = |p: Uv<f64>| if (p.u - 0.31).hypot(p.v - 0.52) < 1e-4 { 1.0 } else { 0.0 };
-    let methods: [&dyn Method<f64>; 12] = [
+    let methods: [&dyn Method<f64>; 13] = [
         &Jittered,
         &Sobol,
+        &Interlaced,
         &ProductGauss { rule: ProductRule::Square },
         &CONTRAST,
         &VALUE,
@@ -434,9 +440,10 @@ fn any_budget_is_survived() {
     let none: [Region; 0] = [];
     let history = History::new(1);
     let trained = Trained::<f64>::new();
-    let methods: [&dyn Method<f64>; 20] = [
+    let methods: [&dyn Method<f64>; 21] = [
         &Jittered,
         &Sobol,
+        &Interlaced,
         &ProductGauss { rule: ProductRule::Square },
         &ProductGauss { rule: ProductRule::Hemisphere },
         &CONTRAST,

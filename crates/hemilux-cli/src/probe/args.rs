@@ -1,6 +1,7 @@
 //! What can be typed behind `hemilux probe`.
 
 use crate::args::{SceneArgs, SolutionArgs};
+use crate::hints::HintArgs;
 use crate::talk::Talk;
 use crate::values::{self, Size};
 use clap::Args;
@@ -18,6 +19,9 @@ pub struct ProbeArgs {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// What the user knows of it.
+    #[command(flatten)]
+    pub hints: HintArgs,
     /// The point that this pixel's centre sees, behind mirrors and glass; 0,0 is the upper left
     #[arg(long, value_name = "x,y", required_unless_present = "point", conflicts_with = "point")]
     pub pixel: Option<values::Pixel>,

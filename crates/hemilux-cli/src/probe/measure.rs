@@ -2,13 +2,15 @@
 
 use super::ProbeArgs;
 use super::spot::Spot;
-use hemilux::gather::{GatherPlan, Strategy, gather};
+use hemilux::gather::{GatherPlan, Strategy, Stratum, draws, gather};
 use hemilux::sampler::Sampler;
 use hemilux::strategies::Domain;
 use hemilux::transport::Tally;
 use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
+use hemiquad::map::{Concentric, Map};
 use hemiquad::method::{Leaves, Sobol};
-use hemiquad::{Estimate, Integrand, Key, Method, Probe, Uv, Workspace};
+use hemiquad::{Dir, Estimate, Integrand, Key, Method, Probe, Uv, Workspace};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -118,6 +120,8 @@ pub struct Run {
     pub time: Duration,
     /// In order, with the luminance of what they gave; only of the report's methods, and only if asked for.
     pub samples: Vec<(Probe, f64)>,
+    /// Where the rays of a plain strategy went, and what they were drawn from; only if asked for.
+    pub drawn: Vec<(Uv<f64>, Stratum)>,
     pub cells: Vec<Vec<Uv<f64>>>,
 }
 
@@ -135,6 +139,19 @@ impl Integrand<[f64; 3]> for Watch<'_, '_, '_> {
     }
 }
 
+/// The rays of a plain strategy on the unit square.
+fn drawn(spot: &Spot, plan: &GatherPlan, mut sampler: Sampler) -> Vec<(Uv<f64>, Stratum)> {
+    let s = &spot.surface;
+    let side = 1f32.copysign(spot.wo.z);
+    let place = |(w, stratum): (Vec3, Stratum)| {
+        let d = s.frame.to_local(w);
+        let d = Dir::normalize(d.x as f64, d.y as f64, (side * d.z) as f64).filter(|d| d.z > 0.0)?;
+        Some((Concentric.uv(d)?, stratum))
+    };
+    let all = draws(&spot.walker, s, &spot.bsdf, plan, &mut sampler);
+    all.into_iter().filter_map(place).collect()
+}
+
 /// Call a strategy once with about `rays` gather rays.
 pub fn run(spot: &Spot, strategy: Strategy, rays: u32, seed: u64, watched: bool) -> Run {
     let mut tally = Tally::default();
@@ -143,8 +160,11 @@ pub fn run(spot: &Spot, strategy: Strategy, rays: u32, seed: u64, watched: bool)
     let Strategy::Report(method) = strategy else {
         // A fifth of the rays are shadow rays, as by default.
         let plan = GatherPlan { rays: (rays * 4 / 5).max(1), shadow_rays: (rays / 5).max(1), strategy };
+        let again = sampler.clone();
         let l = gather(&spot.walker, &spot.surface, &spot.bsdf, &plan, &mut sampler, &mut tally);
         let rgb = l.0.map(|v| v as f64 * spot.factor);
+        let time = begin.elapsed();
+        let drawn = if watched { drawn(spot, &plan, again) } else { Vec::new() };
         return Run {
             strategy,
             rgb,
@@ -152,8 +172,9 @@ pub fn run(spot: &Spot, strategy: Strategy, rays: u32, seed: u64, watched: bool)
             half_width: None,
             unexplored: None,
             rays: tally.rays,
-            time: begin.elapsed(),
+            time,
             samples: Vec::new(),
+            drawn,
             cells: Vec::new(),
         };
     };
@@ -179,6 +200,7 @@ pub fn run(spot: &Spot, strategy: Strategy, rays: u32, seed: u64, watched: bool)
         rays: tally.rays,
         time,
         samples,
+        drawn: Vec::new(),
         cells,
     }
 }

@@ -11,11 +11,10 @@ use crate::failure::Failure;
 use crate::figures::write as write_text;
 use crate::render::set_threads;
 use crate::talk;
-use crate::{load, output, plan};
+use crate::{hints, load, output, plan};
 pub use args::ProbeArgs;
 use hemilux::gather::Strategy;
 use hemilux::strategies;
-use hemilux::world::World;
 use hemilux::zones::Zones;
 use hemilux_image::{Image, write};
 use spot::Spot;
@@ -39,11 +38,11 @@ pub fn run(args: ProbeArgs) -> Result<(), Failure> {
         output::check_writable(path)?;
     }
     let strategies = compared(&args)?;
-    let mut scene = load::scene(&args.scene.scenes, &args.scene.defines, args.scene.lenient, &args.talk)?;
+    let (mut scene, given) = hints::scene(&args.scene, &args.hints, &args.talk)?;
     if let Some(path) = &args.view {
         scene.camera = load::camera(path, &args.scene.defines, &args.talk)?;
     }
-    let world = World::new(scene);
+    let world = hints::world(scene, given.as_ref());
     let options = plan::solution(args.solution.zone_budget, args.solution.particles, args.seed, false)?;
     let zones = Zones::solve(&world, &options);
     let spot = Spot::find(&world, &zones, &args)?;
@@ -68,6 +67,7 @@ pub fn run(args: ProbeArgs) -> Result<(), Failure> {
     }
     if !args.talk.quiet {
         talk::data(&report::summary(&found))?;
+        hints::lines(&world).iter().for_each(|l| talk::line(l));
     }
     Ok(())
 }

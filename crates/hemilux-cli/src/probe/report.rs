@@ -3,6 +3,7 @@
 use super::Findings;
 use super::measure::{Compared, LongRun, Run};
 use crate::plan::seconds;
+use hemilux::gather::Stratum;
 use hemilux::strategies;
 use hemilux_scene::geom::Vec3;
 use hemiquad::{Region, Shape, Size, Stage};
@@ -29,6 +30,7 @@ pub fn json(found: &Findings) -> Value {
         "zones_part": long_run(&found.zones),
         "luminaires": lamps.iter().map(|r| region(found, r)).collect::<Vec<_>>(),
         "virtual_luminaires": virtuals.iter().map(|r| region(found, r)).collect::<Vec<_>>(),
+        "hints": spot.hinted().iter().map(|r| region(found, r)).collect::<Vec<_>>(),
         "run": run(&found.shown, true),
         "compared": found.compared.iter().map(compared).collect::<Vec<_>>(),
     })
@@ -72,6 +74,15 @@ fn run(r: &Run, all: bool) -> Value {
             let pilot = p.stage == Stage::Pilot;
             json!({"u": p.uv.u, "v": p.uv.v, "value": value, "pilot": pilot, "luminaire_size": size})
         };
+        let name = |s: &Stratum| match s {
+            Stratum::Lobe => "lobe",
+            Stratum::Prediction => "prediction",
+            Stratum::Cones => "cones",
+            Stratum::Luminaires => "luminaires",
+            Stratum::Hint => "hint",
+        };
+        let drawn = r.drawn.iter().map(|(uv, s)| json!({"u": uv.u, "v": uv.v, "stratum": name(s)}));
+        map.insert("drawn".into(), drawn.collect());
         map.insert("samples".into(), r.samples.iter().map(sample).collect());
         let cell = |c: &Vec<hemiquad::Uv<f64>>| json!(c.iter().map(|p| [p.u, p.v]).collect::<Vec<_>>());
         map.insert("cells".into(), r.cells.iter().map(cell).collect());

@@ -6,6 +6,7 @@ use super::report::with_error;
 use crate::draw::chart::{Chart, View, heat, hex};
 use crate::draw::plot::{Axis, Plot};
 use crate::draw::{Anchor, Svg, dashed, filled, line};
+use hemilux::gather::Stratum;
 use hemilux::strategies;
 use hemilux_scene::Rgb;
 use hemiquad::map::{Cone, Map};
@@ -107,6 +108,13 @@ fn overlay(svg: &mut Svg, chart: &Chart, found: &Findings, run: &Run) {
             if p.stage == Stage::Pilot { [60, t / 2 + 40, t] } else { [t, (t as f64 * 0.55) as u8, 20] };
         svg.circle(place, 1.3, filled(&hex(colour)));
     }
+    for (uv, stratum) in &run.drawn {
+        let Some(place) = chart.place(*uv) else { continue };
+        svg.circle(place, 1.3, filled(&hex(colour(*stratum))));
+    }
+    for r in &found.spot.hinted() {
+        chart.curve(svg, &rim(r), dashed("#ff70ff", 1.4));
+    }
     let (lamps, virtuals) = found.spot.cones();
     for r in virtuals.iter().take(64) {
         chart.curve(svg, &rim(r), line("#10301a", 2.4));
@@ -117,6 +125,19 @@ fn overlay(svg: &mut Svg, chart: &Chart, found: &Findings, run: &Run) {
         chart.curve(svg, &rim(r), line("#7dff9c", 1.4));
     }
     chart.frame(svg, line("#222222", 1.0));
+}
+
+/// Colours of the rays of plain strategies.
+const STRATA: [(Stratum, [u8; 3], &str); 5] = [
+    (Stratum::Lobe, [255, 140, 20], "own chart"),
+    (Stratum::Prediction, [250, 220, 60], "predicted field radiance"),
+    (Stratum::Cones, [60, 200, 255], "cones"),
+    (Stratum::Luminaires, [255, 255, 255], "shadow rays"),
+    (Stratum::Hint, [255, 112, 255], "hints"),
+];
+
+fn colour(stratum: Stratum) -> [u8; 3] {
+    STRATA.iter().find(|s| s.0 == stratum).map_or([0; 3], |s| s.1)
 }
 
 /// Directions on the rim of a cone, at least as wide as can be seen.
@@ -164,6 +185,14 @@ fn legend(svg: &mut Svg, top: f64) {
     svg.text([x + 360.0, y + 10.0], 11.0, Anchor::Start, "samples: early to late");
     svg.circle([x + 345.0, y + 24.0], 2.5, filled(&hex([60, 140, 255])));
     svg.text([x + 360.0, y + 28.0], 11.0, Anchor::Start, "pilot samples");
+    let mut x = x;
+    for (_, colour, name) in STRATA {
+        svg.circle([x + 4.0, y + 40.0], 3.4, filled("#444444"));
+        svg.circle([x + 4.0, y + 40.0], 2.5, filled(&hex(colour)));
+        svg.text([x + 12.0, y + 44.0], 11.0, Anchor::Start, name);
+        x += 26.0 + 6.2 * name.len() as f64;
+    }
+    svg.text([x, y + 44.0], 11.0, Anchor::Start, "(adaptive, jittered, sobol)");
 }
 
 fn column(svg: &mut Svg, found: &Findings, c: &Compared, [x, y]: [f64; 2], top: f64) {

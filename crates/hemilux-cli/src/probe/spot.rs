@@ -4,11 +4,13 @@ use super::ProbeArgs;
 use crate::failure::Failure;
 use crate::values::Size;
 use hemilux::bsdf::{Bsdf, LobeClass, Transport};
+use hemilux::hints::LookCone;
 use hemilux::sampler::Sampler;
 use hemilux::sensor::sensor_surface;
 use hemilux::strategies::{Domain, Known, virtual_cones};
 use hemilux::transport::{Tally, Walker};
 use hemilux::world::camera::Lens;
+use hemilux::world::luminaire::Receiver;
 use hemilux::world::{Surface, World};
 use hemilux::zones::Zones;
 use hemilux_scene::Rgb;
@@ -75,6 +77,21 @@ impl<'a> Spot<'a> {
             next: 0,
             tally,
         }
+    }
+
+    /// Cones that hints ask to look into.
+    pub fn hinted(&self) -> Vec<Region> {
+        const SOME: u32 = 1000;
+        let (s, side) = (&self.surface, 1f32.copysign(self.wo.z));
+        let looks = self.walker.world.hints.looks(&Receiver::surface(s, &self.bsdf), SOME);
+        let region = |look: &LookCone| {
+            let (axis, height) = look.shape();
+            let a = s.frame.to_local(axis);
+            let axis = Dir::normalize(a.x as f64, a.y as f64, (side * a.z) as f64)?;
+            let weight = look.rays as f64 / SOME as f64;
+            Some(Region { shape: Shape::Cap { axis, height: height as f64 }, weight })
+        };
+        looks.cones().iter().filter_map(region).collect()
     }
 
     /// Cones of the luminaires, and of the virtual luminaires that the records expect.

@@ -353,6 +353,7 @@ fn sphere_of(light: &PointLight, radius: f64, material: MaterialId) -> Shape {
         alpha: None,
         reverse_orientation: false,
         flips_handedness: false,
+        name: String::new(),
         span: light.span,
     }
 }

@@ -38,6 +38,7 @@ use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+pub(crate) use suggest::closest;
 
 /// How to load.
 #[derive(Clone, Debug, Default)]

@@ -75,6 +75,7 @@ impl Builder {
             alpha,
             reverse_orientation: !is_mesh && self.state.reverse,
             flips_handedness: !is_mesh && mirrors(&self.state.ctm),
+            name: String::new(),
             span: at,
         });
     }

@@ -68,6 +68,7 @@ pub fn shape(scene: &mut Scene, geometry: Geometry, material: MaterialId, emissi
         alpha: None,
         reverse_orientation: false,
         flips_handedness: false,
+        name: String::new(),
         span: Span::default(),
     });
 }

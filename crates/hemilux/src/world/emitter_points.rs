@@ -70,7 +70,7 @@ pub(super) fn shape_radius(world: &World, geometry: &Geometry, to_world: &DAffin
 }
 
 /// Centre and radius (m) of a ball around a shape.
-pub(super) fn shape_ball(world: &World, geometry: &Geometry, to_world: &DAffine3) -> (DVec3, f32) {
+pub(crate) fn shape_ball(world: &World, geometry: &Geometry, to_world: &DAffine3) -> (DVec3, f32) {
     let mut corners: Vec<DVec3> = Vec::new();
     match geometry {
         Geometry::Mesh(id) => {

@@ -14,6 +14,7 @@ use super::emitter_points::{
     whole_sphere,
 };
 use super::environment::Sky;
+use super::favour::{Favoured, Pick};
 use super::hierarchy::Hierarchy;
 pub use super::hierarchy::Receiver;
 use super::unit::{Density, LuminairePoint, Unit};
@@ -61,16 +62,18 @@ pub struct Luminaires {
     /// Radius (m) of a ball around each emitting shape.
     radii: Vec<f32>,
     pub(super) skies: Vec<Sky>,
-    sky_items: Vec<u32>,
-    units: Vec<Unit>,
+    pub(super) sky_items: Vec<u32>,
+    pub(super) units: Vec<Unit>,
     /// Unit of each luminaire that is not an environment.
-    unit_of: Vec<u32>,
+    pub(super) unit_of: Vec<u32>,
     tree: Hierarchy,
-    cumulative: Vec<f64>,
+    pub(super) cumulative: Vec<f64>,
+    /// Shares of the picks that hints give.
+    pub(super) favoured: Favoured,
     /// First luminaire of each world shape.
-    world_base: Vec<u32>,
+    pub(super) world_base: Vec<u32>,
     /// The same per instance; empty where the object does not emit.
-    instance_base: Vec<Vec<u32>>,
+    pub(super) instance_base: Vec<Vec<u32>>,
     /// Total power, W, by luminance of its bands.
     power: f64,
     pub(super) bound: (Vec3, f32),
@@ -329,7 +332,7 @@ impl Luminaires {
     /// Density per solid angle, pick included, with which [`Luminaires::sample`] for `at` finds `dir` on sky `i`.
     pub fn sky_pdf(&self, scene: &Scene, i: u32, at: &Receiver, dir: Vec3) -> f32 {
         match self.items[i as usize].emitter {
-            Emitter::Sky(s) => self.sky_share(s, at) * self.skies[s].pdf_for(scene, at, dir),
+            Emitter::Sky(s) => self.sky_probability(s, at) * self.skies[s].pdf_for(scene, at, dir),
             _ => 0.0,
         }
     }
@@ -378,7 +381,7 @@ impl Luminaires {
             return 0.0;
         }
         let number = self.unit_of[i as usize];
-        let pick = self.tree_share(at) * self.tree.probability(at, number);
+        let pick = self.unit_probability(number, at);
         if pick == 0.0 {
             return 0.0;
         }
@@ -412,9 +415,50 @@ impl Luminaires {
     /// rectangle).
     pub fn pick_probability(&self, i: u32, at: &Receiver) -> f32 {
         match self.items[i as usize].emitter {
-            Emitter::Sky(s) => self.sky_share(s, at),
-            _ => self.tree_share(at) * self.tree.probability(at, self.unit_of[i as usize]),
+            Emitter::Sky(s) => self.sky_probability(s, at),
+            _ => self.unit_probability(self.unit_of[i as usize], at),
         }
+    }
+
+    /// Probability of the pick of a unit.
+    #[inline]
+    fn unit_probability(&self, number: u32, at: &Receiver) -> f32 {
+        let plain = self.tree_share(at) * self.tree.probability(at, number);
+        self.favoured.with(plain, Pick::Unit(number))
+    }
+
+    /// Probability of the pick of a sky.
+    fn sky_probability(&self, sky: usize, at: &Receiver) -> f32 {
+        self.favoured.with(self.sky_share(sky, at), Pick::Sky(sky as u32))
+    }
+
+    /// A pick for `u`, and its probability; `None` where `u` falls on what cannot be seen.
+    fn pick(&self, at: &Receiver, u: f32) -> Option<(Pick, f32)> {
+        let share = self.favoured.share;
+        let pick = match self.favoured.pick(u) {
+            Some(pick) => pick,
+            None => {
+                let u = if share > 0.0 {
+                    ((u - share) / (1.0 - share)).clamp(0.0, 1.0 - f32::EPSILON / 2.0)
+                } else {
+                    u
+                };
+                let (sky, part, rest) = self.pick_group(at, u)?;
+                let (pick, probability) = match sky {
+                    Some(s) => (Pick::Sky(s as u32), part),
+                    None => {
+                        let (number, probability) = self.tree.pick(at, rest)?;
+                        (Pick::Unit(number), part * probability)
+                    }
+                };
+                return Some((pick, self.favoured.with(probability, pick)));
+            }
+        };
+        let probability = match pick {
+            Pick::Sky(s) => self.sky_probability(s as usize, at),
+            Pick::Unit(number) => self.unit_probability(number, at),
+        };
+        Some((pick, probability))
     }
 
     /// Share of the picks that go to the tree.
@@ -459,20 +503,11 @@ impl Luminaires {
         if self.is_empty() {
             return None;
         }
-        let (sky, share, rest) = self.pick_group(at, u_pick)?;
-        if let Some(s) = sky {
-            let (wi, pdf) = self.skies[s].sample_for(scene, at, u);
-            let radiance = self.skies[s].radiance(scene, at.p, wi);
-            let pdf = pdf * share;
-            return (pdf > 0.0 && !radiance.is_black()).then_some(LuminaireSample {
-                wi,
-                radiance,
-                pdf_solid_angle: pdf,
-                met_by_rays: true,
-                target: None,
-            });
-        }
-        let (number, probability) = self.tree.pick(at, rest)?;
+        let (pick, probability) = self.pick(at, u_pick)?;
+        let number = match pick {
+            Pick::Sky(s) => return self.sky_sample(scene, at, s as usize, probability, u),
+            Pick::Unit(number) => number,
+        };
         let unit = &self.units[number as usize];
         let item = &self.items[unit.item as usize];
         let emission = &self.emissions[item.emission as usize];
@@ -486,7 +521,7 @@ impl Luminaires {
             Density::SolidAngle(p) => p,
             Density::Area(p) if cos > 0.0 => p * distance2 / cos,
             Density::Area(_) => return None,
-        } * (share * probability);
+        } * probability;
         if radiance.is_black() || pdf <= 0.0 || !pdf.is_finite() {
             return None;
         }
@@ -500,6 +535,27 @@ impl Luminaires {
             pdf_solid_angle: pdf,
             met_by_rays: !item.unseen,
             target: Some(target),
+        })
+    }
+
+    /// A direction towards a sky that was picked with `probability`.
+    fn sky_sample(
+        &self,
+        scene: &Scene,
+        at: &Receiver,
+        sky: usize,
+        probability: f32,
+        u: [f32; 2],
+    ) -> Option<LuminaireSample> {
+        let (wi, pdf) = self.skies[sky].sample_for(scene, at, u);
+        let radiance = self.skies[sky].radiance(scene, at.p, wi);
+        let pdf = pdf * probability;
+        (pdf > 0.0 && !radiance.is_black()).then_some(LuminaireSample {
+            wi,
+            radiance,
+            pdf_solid_angle: pdf,
+            met_by_rays: true,
+            target: None,
         })
     }
 

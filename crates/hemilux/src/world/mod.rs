@@ -6,8 +6,9 @@
 pub mod balls;
 pub mod camera;
 pub mod emission;
-mod emitter_points;
+pub(crate) mod emitter_points;
 pub mod environment;
+mod favour;
 pub mod hierarchy;
 pub mod luminaire;
 mod patch;
@@ -17,6 +18,7 @@ pub mod texture;
 mod unit;
 
 use crate::bsdf::Bsdf;
+use crate::hints::Hints;
 use balls::Balls;
 use hemilux_accel as accel;
 use hemilux_scene::geom::{DAffine3, Vec3};
@@ -105,6 +107,8 @@ pub struct World {
     pub luminaires: Luminaires,
     /// Luminaires and casters as balls.
     pub balls: Balls,
+    /// What the user knows of it.
+    pub hints: Hints,
     /// Whether some surface lets rays pass at random or always.
     has_holes: bool,
     /// Per group.
@@ -154,6 +158,7 @@ impl World {
             placements,
             luminaires: Luminaires::default(),
             balls: Balls::default(),
+            hints: Hints::default(),
             has_holes,
             patches: Vec::new(),
             plain: Vec::new(),
@@ -165,6 +170,15 @@ impl World {
         world.patches = world.groups.iter().map(|g| Patches::new(&world.scene, g, casts)).collect();
         world.plain = world.groups[0].shapes.iter().map(|s| world.plain_reflectance(s)).collect();
         world
+    }
+
+    /// Take the user's hints, in place of earlier ones.
+    pub fn hint(&mut self, given: &hemilux_scene::hints::Hints) {
+        let favours: Vec<_> =
+            given.luminaires.iter().map(|l| (&*l.shapes, &*l.environments, l.shadow_rays)).collect();
+        let favoured = self.luminaires.favours(self, &favours);
+        self.luminaires.favour(favoured);
+        self.hints = Hints::new(self, given);
     }
 
     /// Whether some surface reflects or refracts other than diffusely, so that virtual luminaires can exist.

@@ -64,7 +64,7 @@ impl Aim {
         let mut aim = Aim { nodes: Vec::new() };
         let whole = rms(&trials);
         if whole > 0.0 {
-            aim.cut(&mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], 0, whole);
+            aim.cut(&mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], [0, DEEPEST], whole);
             aim.mix();
         } else {
             aim.nodes.push(Node::Box);
@@ -72,13 +72,56 @@ impl Aim {
         aim
     }
 
+    /// The boxes cut further, and all shares anew, by trials drawn from these boxes: within each they are even, so that each is
+    /// judged by itself. At most `deepest` cuts lead to a box.
+    pub fn refined(&self, mut trials: Vec<Trial>, deepest: u32) -> Aim {
+        let mut aim = Aim { nodes: Vec::new() };
+        aim.recut(self, 0, &mut trials, [0.0; DIMENSIONS], [1.0; DIMENSIONS], [0, deepest]);
+        aim.mix();
+        aim
+    }
+
+    fn recut(
+        &mut self,
+        old: &Aim,
+        node: u32,
+        trials: &mut [Trial],
+        low: Start,
+        high: Start,
+        [depth, deepest]: [u32; 2],
+    ) -> (u32, f32) {
+        let Node::Cut { dimension, children, .. } = old.nodes[node as usize] else {
+            return self.cut(trials, low, high, [depth, deepest], 0.0);
+        };
+        let (index, d) = (self.nodes.len(), dimension as usize);
+        self.nodes.push(Node::Box);
+        let middle = 0.5 * (low[d] + high[d]);
+        trials.sort_by(|a, b| (a.start[d] >= middle).cmp(&(b.start[d] >= middle)));
+        let split = trials.partition_point(|t| t.start[d] < middle);
+        let (lower, upper) = trials.split_at_mut(split);
+        let (mut mid_high, mut mid_low) = (high, low);
+        (mid_high[d], mid_low[d]) = (middle, middle);
+        let (left, a) = self.recut(old, children[0], lower, low, mid_high, [depth + 1, deepest]);
+        let (right, b) = self.recut(old, children[1], upper, mid_low, high, [depth + 1, deepest]);
+        let share = if a + b > 0.0 { a / (a + b) } else { 0.5 };
+        self.nodes[index] = Node::Cut { dimension, low: share, children: [left, right] };
+        (index as u32, a + b)
+    }
+
     /// Cut a box; returns its node and leaves in `low` the integral of the target over the lower half for now.
-    fn cut(&mut self, trials: &mut [Trial], low: Start, high: Start, depth: u32, whole: f32) -> (u32, f32) {
+    fn cut(
+        &mut self,
+        trials: &mut [Trial],
+        low: Start,
+        high: Start,
+        [depth, deepest]: [u32; 2],
+        whole: f32,
+    ) -> (u32, f32) {
         let index = self.nodes.len();
         self.nodes.push(Node::Box);
         let volume: f32 = (0..DIMENSIONS).map(|d| high[d] - low[d]).product();
         let here = rms(trials);
-        if trials.len() < 2 * FEWEST || depth >= DEEPEST {
+        if trials.len() < 2 * FEWEST || depth >= deepest {
             return (index as u32, volume * here);
         }
         let worth = here > 0.02 * whole || depth < 2 * DIMENSIONS as u32;
@@ -94,8 +137,8 @@ impl Aim {
         let (lower, upper) = trials.split_at_mut(split);
         let (mut mid_high, mut mid_low) = (high, low);
         (mid_high[d], mid_low[d]) = (middle, middle);
-        let (left, a) = self.cut(lower, low, mid_high, depth + 1, whole);
-        let (right, b) = self.cut(upper, mid_low, high, depth + 1, whole);
+        let (left, a) = self.cut(lower, low, mid_high, [depth + 1, deepest], whole);
+        let (right, b) = self.cut(upper, mid_low, high, [depth + 1, deepest], whole);
         let share = if a + b > 0.0 { a / (a + b) } else { 0.5 };
         self.nodes[index] = Node::Cut { dimension: d as u8, low: share, children: [left, right] };
         (index as u32, a + b)
@@ -126,6 +169,21 @@ impl Aim {
     /// Whether nothing has been learnt.
     pub fn is_empty(&self) -> bool {
         self.nodes.len() == 1
+    }
+
+    /// The density at a start.
+    pub fn density(&self, start: &Start) -> f32 {
+        let (mut low, mut size, mut density) = ([0f32; DIMENSIONS], [1f32; DIMENSIONS], 1.0);
+        let mut node = 0u32;
+        while let Node::Cut { dimension, low: share, children } = self.nodes[node as usize] {
+            let d = dimension as usize;
+            size[d] *= 0.5;
+            let upper = start[d] >= low[d] + size[d];
+            low[d] += if upper { size[d] } else { 0.0 };
+            density *= 2.0 * if upper { 1.0 - share } else { share };
+            node = children[upper as usize];
+        }
+        density
     }
 
     /// The start that `u` is carried to, and the density there (1 where nothing is preferred).
@@ -206,6 +264,7 @@ mod tests {
         for i in 0..n {
             let (start, density) = aim.start(point(1_000_000 + i));
             assert!(density >= FLOOR * 0.999, "{density}");
+            assert_eq!(density, aim.density(&start));
             let value = (useful(&start) / density) as f64;
             hits += (value > 0.0) as u32;
             sum += value;
@@ -218,6 +277,31 @@ mod tests {
         assert!((mean - 0.015).abs() < 4.5 * error, "{mean} ± {error}");
         assert!((weights / n as f64 - 1.0).abs() < 0.02, "{weights}");
         assert!(hits as u64 > n / 4, "{hits} of {n}");
+    }
+
+    #[test]
+    fn refining_follows_what_shrinks() {
+        let meets = |s: &Start, r: f32| (s[1] - 0.7).abs() < r && (s[3] - 0.2).abs() < r;
+        let mut aim = Aim::default();
+        let radii = [0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0003, 0.0003];
+        for (round, r) in radii.into_iter().enumerate() {
+            let trial = |i: u64| {
+                let start = aim.start(point((round as u64) << 32 | i)).0;
+                Trial { start, use_: meets(&start, r) as u32 as f32 }
+            };
+            aim = aim.refined((0..32_768).map(trial).collect(), 48);
+        }
+        let (n, mut hits, mut sum) = (100_000, 0u32, 0f64);
+        for i in 0..n {
+            let (start, density) = aim.start(point(1 << 40 | i));
+            assert_eq!(density, aim.density(&start));
+            let hit = meets(&start, 0.0003);
+            hits += hit as u32;
+            sum += if hit { 1.0 / density as f64 } else { 0.0 };
+        }
+        // 3.6e-7 of the cube; no hit counts more than a few times another.
+        assert!(hits as u64 > n / 3, "{hits} of {n}");
+        assert!((sum / n as f64 / 3.6e-7 - 1.0).abs() < 0.05, "{}", sum / n as f64);
     }
 
     #[test]

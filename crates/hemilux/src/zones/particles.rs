@@ -10,10 +10,10 @@
 
 use super::aim::{Aim, Start, Trial};
 use super::field::Incidence;
-use super::map::ZoneMap;
+use super::map::{ZoneMap, ZonePlace};
 use super::records::{LARGE, Record};
 use super::sight::Sight;
-use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::bsdf::{Bsdf, BsdfSample, Transport as Quantity};
 use crate::world::emission::EmittedParticle;
 use crate::world::{Surface, World};
 use hemilux_scene::Rgb;
@@ -233,14 +233,18 @@ impl Deposits {
     }
 
     /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
-    fn zone_source(&self, map: &ZoneMap, zone: u32, side: u32, transmitted: bool, kept: f32) -> Source {
+    fn zone_source(&self, map: &ZoneMap, place: &ZonePlace, b: &BsdfSample, kept: f32) -> Source {
+        let ZonePlace { zone, side, radius } = *place;
         let irradiance = self.bright.get((zone * 2 + side) as usize).copied().unwrap_or(0.0);
+        let area = map.areas()[zone as usize];
+        // The zone as it is seen, against the ball around it.
+        let filled = area * b.wi.z.abs() / (std::f32::consts::PI * radius * radius).max(f32::MIN_POSITIVE);
         match irradiance > 0.0 {
             true => Source {
                 known: true,
-                signature: Key::new(1 << 40 | (zone as u64) << 2 | (side as u64) << 1 | transmitted as u64),
-                radius: map.radii()[zone as usize],
-                strength: irradiance * kept,
+                signature: Key::new(1 << 40 | (zone as u64) << 2 | (side as u64) << 1 | b.transmitted as u64),
+                radius,
+                strength: irradiance * kept * filled.min(1.0),
                 ..Source::none()
             },
             false => Source::none(),
@@ -277,7 +281,8 @@ impl Deposits {
         ledger: &mut Ledger,
         finds: &mut Finds,
     ) -> Trial {
-        let (start, density) = self.aim.start(starting_numbers(key, i));
+        let which = || key.with(4).with(i).uniform(0);
+        let (start, density, sender) = world.hints.start(&self.aim, starting_numbers(key, i), which);
         let [pick, p0, p1, d0, d1] = start;
         let mut trial = Trial { start, use_: 0.0 };
         let Some(e) = world.luminaires.emit(&world.scene, pick, [p0, p1], [d0, d1]) else { return trial };
@@ -298,7 +303,11 @@ impl Deposits {
                 return trial;
             }
             ledger.rays += 1;
-            let Some(s) = world.closest(origin, dir, f32::INFINITY) else {
+            let hit = world.closest(origin, dir, f32::INFINITY);
+            if bounce == 0 && !chain && world.hints.counts_particles() {
+                world.hints.note_particle(sender, hit.as_ref().map(|s| (s.group, s.shape)));
+            }
+            let Some(s) = hit else {
                 add(&mut ledger.escaped, flux);
                 return trial;
             };
@@ -354,7 +363,7 @@ impl Deposits {
                 bounce += 1;
                 chain = false;
                 source = match here {
-                    Some(place) => self.zone_source(map, place.zone, place.side, b.transmitted, survive),
+                    Some(place) => self.zone_source(map, &place, &b, survive),
                     None => Source::none(),
                 };
             }
@@ -451,6 +460,7 @@ impl Finds {
                 radius: source.radius,
                 flux,
                 strength: source.strength,
+                of_zone: bounce > 0,
             });
         }
     }

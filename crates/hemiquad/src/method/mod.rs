@@ -4,6 +4,7 @@
 //! | --- | --- | --- | --- |
 //! | [`Jittered`] | Cook 1986 | no | |
 //! | [`Sobol`] | Owen 1995 | no | |
+//! | [`Interlaced`] | Dick 2011 | no | pays where the integrand is smooth |
 //! | [`ProductGauss`] | classical | yes (deterministic) | smoothness |
 //! | [`DirectIndirect`] | report, 3.1 | no | where the luminaires are |
 //! | [`WardShadows`] | Ward 1991 | yes | luminaires and their unoccluded contributions |
@@ -42,7 +43,7 @@ pub use draw::{LeafDensity, Placed};
 pub use genz_malik::GenzMalik;
 pub use known::{DirectIndirect, KirkArvo, Region, ShirleyWang};
 pub use luminaires::{Enlarged, Shrinking, ShrinkingOn};
-pub use plain::{Jittered, ProductGauss, ProductRule, Sobol};
+pub use plain::{Interlaced, Jittered, ProductGauss, ProductRule, Sobol};
 pub use predicted::{Predicted, Prediction};
 pub use sequential::Sequential;
 pub use train::Trained;

@@ -1,10 +1,10 @@
-//! Methods that do not adapt: jittered, scrambled Sobol', product Gauss rules.
+//! Methods that do not adapt: jittered, scrambled Sobol' of order one and two, product Gauss rules.
 
 use super::{Method, Workspace, evaluate, gap_of};
 use crate::estimate::{Estimate, Evaluations, Pairs};
 use crate::integrand::{Integrand, Probe};
 use crate::map::{Concentric, Dir, Map, Uv};
-use crate::points::{Key, jittered_f64, sobol_f64};
+use crate::points::{Key, interlaced, jittered_f64, sobol_f64};
 use crate::value::Value;
 use std::f64::consts::PI;
 
@@ -66,10 +66,16 @@ impl<V: Value> Method<V> for Jittered {
 }
 
 /// Owen-scrambled Sobol' points in eight independent replicates, which give the standard error (7 degrees of freedom). Unbiased.
+/// Error n^-1.5 √log n on smooth integrands (A. Owen 1997).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sobol;
 
-const REPLICATES: u32 = 8;
+/// Interlaced Sobol' points of order two (J. Dick 2011; [`points::interlaced`](crate::points::interlaced)) in four independent
+/// replicates, which give the standard error (3 degrees of freedom: the steeper the error falls, the dearer are replicates).
+/// Unbiased. Error n^-2.5 but for logarithms where the integrand has two derivatives in each coordinate; like [`Sobol`] where it has kinks
+/// or jumps, and on a few hundred samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Interlaced;
 
 impl<V: Value> Method<V> for Sobol {
     fn name(&self) -> &'static str {
@@ -83,37 +89,64 @@ impl<V: Value> Method<V> for Sobol {
         key: Key,
         work: &mut Workspace<V>,
     ) -> Estimate<V> {
-        let n = (budget / REPLICATES).max(1);
-        let mut means = [V::default(); REPLICATES as usize];
-        let mut probes = [Probe::default(); BATCH];
-        let mut values = [V::default(); BATCH];
-        work.draw.start();
-        for (r, mean) in means.iter_mut().enumerate() {
-            let key = key.with(r as u64);
-            let mut first = 0;
-            while first < n {
-                let m = (n - first).min(BATCH as u32);
-                for k in 0..m {
-                    let p = sobol_f64(first + k, key);
-                    probes[k as usize] = Probe::at(p);
-                    work.draw.points.push(p);
-                }
-                f.eval(&probes[..m as usize], &mut values[..m as usize]);
-                for v in &values[..m as usize] {
-                    *mean = mean.plus(v.times(1.0 / n as f64));
-                }
-                first += m;
-            }
-        }
-        let r = REPLICATES as f64;
-        let value = means.iter().fold(V::default(), |s, m| s.plus(m.times(1.0 / r)));
-        let variance = means
-            .iter()
-            .fold(V::default(), |s, m| s.plus(m.zip(value, |a, b| (a - b) * (a - b) / (r * (r - 1.0)))));
-        let unexplored = gap_of(&mut work.draw.gap, &work.draw.points);
-        let evaluations = Evaluations { pilot: 0, estimate: n * REPLICATES };
-        Estimate::new(value, Some(variance.each(f64::sqrt)), r - 1.0, evaluations, unexplored, false)
+        replicated::<V, 8>(sobol_f64, f, budget, key, work)
     }
+}
+
+impl<V: Value> Method<V> for Interlaced {
+    fn name(&self) -> &'static str {
+        "Interlaced Sobol'"
+    }
+
+    fn integrate(
+        &self,
+        f: &mut dyn Integrand<V>,
+        budget: u32,
+        key: Key,
+        work: &mut Workspace<V>,
+    ) -> Estimate<V> {
+        replicated::<V, 4>(interlaced, f, budget, key, work)
+    }
+}
+
+/// The mean over `R` independently scrambled nets, and their spread.
+fn replicated<V: Value, const R: usize>(
+    point: impl Fn(u32, Key) -> Uv<f64>,
+    f: &mut dyn Integrand<V>,
+    budget: u32,
+    key: Key,
+    work: &mut Workspace<V>,
+) -> Estimate<V> {
+    let n = (budget / R as u32).max(1);
+    let mut means = [V::default(); R];
+    let mut probes = [Probe::default(); BATCH];
+    let mut values = [V::default(); BATCH];
+    work.draw.start();
+    for (r, mean) in means.iter_mut().enumerate() {
+        let key = key.with(r as u64);
+        let mut first = 0;
+        while first < n {
+            let m = (n - first).min(BATCH as u32);
+            for k in 0..m {
+                let p = point(first + k, key);
+                probes[k as usize] = Probe::at(p);
+                work.draw.points.push(p);
+            }
+            f.eval(&probes[..m as usize], &mut values[..m as usize]);
+            for v in &values[..m as usize] {
+                *mean = mean.plus(v.times(1.0 / n as f64));
+            }
+            first += m;
+        }
+    }
+    let r = R as f64;
+    let value = means.iter().fold(V::default(), |s, m| s.plus(m.times(1.0 / r)));
+    let variance = means
+        .iter()
+        .fold(V::default(), |s, m| s.plus(m.zip(value, |a, b| (a - b) * (a - b) / (r * (r - 1.0)))));
+    let unexplored = gap_of(&mut work.draw.gap, &work.draw.points);
+    let evaluations = Evaluations { pilot: 0, estimate: n * R as u32 };
+    Estimate::new(value, Some(variance.each(f64::sqrt)), r - 1.0, evaluations, unexplored, false)
 }
 
 /// Where a product rule lives.

@@ -142,21 +142,24 @@ pub fn lamps(lamps: Vec<Lamp>, background: f64) -> Instance {
     let features = lamps.iter().map(region).collect();
     let places: Vec<Uv<f64>> =
         lamps.iter().map(|l| Concentric.uv(l.axis).unwrap_or(Uv::new(0.5, 0.5))).collect();
+    // |d - a| ≤ 2 sin(s/2), squared.
+    let chord2 = |s: f64| 4.0 * (0.5 * s.min(PI)).sin() * (0.5 * s.min(PI)).sin();
+    let chords: Vec<f64> = lamps.iter().map(|l| chord2(l.s)).collect();
     let function = move |p: &Probe| {
         let d = Concentric.dir(p.uv);
         let mut value = 2.0 * PI * background * d.z;
-        for (l, c) in lamps.iter().zip(&places) {
-            let s = if let Size::Times(k) = p.size { l.s * k.sqrt() } else { l.s };
+        for ((l, c), chord) in lamps.iter().zip(&places).zip(&chords) {
+            let (s, chord) = match p.size {
+                Size::Times(k) => (l.s * k.sqrt(), chord2(l.s * k.sqrt())),
+                _ => (l.s, *chord),
+            };
             let (x, y, z) = (d.x - l.axis.x, d.y - l.axis.y, d.z - l.axis.z);
-            let half = (0.5 * s.min(PI)).sin();
-            // |d - a| ≤ 2 sin(s/2)
-            let lit = x * x + y * y + z * z <= 4.0 * half * half;
+            let lit = x * x + y * y + z * z <= chord;
             match p.size {
                 // As a disk on the square, until even the narrowest image of the cap is wider.
                 Size::AtLeast(r) if r * Concentric::LARGEST_STRETCH > s => {
                     let lit = lit || (p.uv.u - c.u).hypot(p.uv.v - c.v) <= r;
-                    value +=
-                        f64::from(u8::from(lit)) * l.flux * l.axis.z / (PI * r * r).max(2.0 * half * half);
+                    value += f64::from(u8::from(lit)) * l.flux * l.axis.z / (PI * r * r).max(0.5 * chord);
                 }
                 _ if lit => {
                     let sin = s.min(0.5 * PI).sin();

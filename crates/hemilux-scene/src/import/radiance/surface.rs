@@ -74,6 +74,7 @@ fn shape(geometry: Geometry, look: &Look, span: Span) -> Option<Shape> {
         alpha: (look.opacity < 1.0).then_some(FloatParam::Constant(look.opacity)),
         reverse_orientation: false,
         flips_handedness: false,
+        name: String::new(),
         span,
     })
 }
@@ -220,6 +221,7 @@ impl Reader {
         }
         let mut shape = shape(Geometry::Quadric(q, at), look, p.head)?;
         shape.reverse_orientation = inward != context.invert;
+        shape.name = words.text(p.id).to_owned();
         self.build.shapes.push(shape);
         Some(())
     }

@@ -7,9 +7,10 @@
 //!
 //! Invariant: [`Cones::sample`] has exactly [`Cones::density`].
 
-use super::model::Signature;
-use super::{Candidate, NONE, Records, UNGATED};
+use super::model::{Linear, Signature};
+use super::{Candidate, Identity, NONE, Records};
 use hemilux_scene::geom::{Frame, Vec3};
+use std::cell::RefCell;
 
 /// Cones at most; the candidates with least flux are left out.
 pub const MOST: usize = 1024;
@@ -21,10 +22,8 @@ const WIDEST: f32 = 0.15;
 /// Share of the samples by flux of nearby records, and without regard to anything.
 const BY_FLUX: f32 = 0.25;
 const EVENLY: f32 = 0.1;
-/// An image counts as seen when this much of its radius, at least, is within the patch's rectangle or near it.
-const PARTLY: f32 = 0.8;
-/// An image seen past a patch of its chain counts this much.
-const BESIDE: f32 = 0.1;
+/// An image that is seen from elsewhere in the spot only counts this much.
+const BESIDE: f32 = 0.05;
 
 /// A mixture of cones of directions.
 #[derive(Clone, Debug)]
@@ -43,6 +42,48 @@ pub struct Cones {
     effective: f32,
 }
 
+static NO_CONES: Cones = Cones::none();
+
+thread_local! {
+    /// Room for cones, used again: they are large, and gathers many.
+    static SPARE: RefCell<Vec<Box<Cones>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// The cones of one gather in room that is used again.
+#[derive(Debug)]
+pub struct Lent(Option<Box<Cones>>);
+
+impl Lent {
+    /// No cone at all.
+    pub fn none() -> Lent {
+        Lent(None)
+    }
+
+    /// The cones at `x` on a surface that faces unit `n`.
+    pub fn new(records: &Records, x: Vec3, n: Vec3) -> Lent {
+        let mut room = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
+        room.fill(records, x, n);
+        Lent(Some(room))
+    }
+}
+
+impl std::ops::Deref for Lent {
+    type Target = Cones;
+
+    #[inline]
+    fn deref(&self) -> &Cones {
+        self.0.as_deref().unwrap_or(&NO_CONES)
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if let Some(room) = self.0.take() {
+            SPARE.with_borrow_mut(|spare| spare.push(room));
+        }
+    }
+}
+
 impl Default for Cones {
     fn default() -> Self {
         Cones::none()
@@ -51,7 +92,7 @@ impl Default for Cones {
 
 impl Cones {
     /// No cone at all.
-    pub fn none() -> Cones {
+    pub const fn none() -> Cones {
         Cones {
             axis: [[0.0; MOST]; 3],
             height: [-1.0; MOST],
@@ -74,51 +115,42 @@ impl Cones {
     pub fn fill(&mut self, records: &Records, x: Vec3, n: Vec3) {
         self.count = 0;
         self.effective = 0.0;
-        let mut expected = [0f32; MOST];
-        let (mut sum, mut flux) = (0.0, 0.0);
-        for c in records.near(x, n) {
-            let (axis, sin2, seen) = records.cone(c, x);
-            let cos = axis.dot(n);
-            if cos <= 0.0 && sin2 < cos * cos {
-                continue;
+        let Some(spot) = Spot::of(records, x, n) else { return };
+        REMEMBERED.with_borrow_mut(|all| {
+            let expected = &mut all[spot.slot()];
+            if expected.spot != Some(spot) {
+                expected.fill(records, spot);
             }
-            let height = (0.5 * sin2 * (1.0 + 0.25 * sin2)).clamp(1e-12, WIDEST);
-            let k = self.count;
-            (self.axis[0][k], self.axis[1][k], self.axis[2][k]) = (axis.x, axis.y, axis.z);
-            self.height[k] = height;
-            self.cumulative[k] = c.share;
-            let signature = &records.signatures[c.signature as usize];
-            // Where nobody knows what limits the image, its size says nothing.
-            let known = c.linear != NONE || signature.is_known();
-            let cos = cos.max(0.5 * sin2.sqrt());
-            expected[k] = if known { signature.strength * height * seen * cos } else { 0.0 };
-            sum += expected[k];
-            flux += c.share;
-            self.count += 1;
-            if self.count == MOST {
-                break;
-            }
+            self.aim(expected, &records.linears, x);
+        });
+    }
+
+    /// Point what is expected around here at `x`.
+    fn aim(&mut self, expected: &Expected, linears: &[Linear], x: Vec3) {
+        let count = expected.share.len();
+        self.count = count;
+        self.effective = expected.effective;
+        self.cumulative[..count].copy_from_slice(&expected.cumulative);
+        let Expected { centre: [cx, cy, cz], radius2, share, .. } = expected;
+        let [ax, ay, az] = &mut self.axis;
+        let (ax, ay, az) = (&mut ax[..count], &mut ay[..count], &mut az[..count]);
+        let (height, density) = (&mut self.height[..count], &mut self.density[..count]);
+        let (cx, cy, cz) = (&cx[..count], &cy[..count], &cz[..count]);
+        let (radius2, share) = (&radius2[..count], &share[..count]);
+        for k in 0..count {
+            let (dx, dy, dz) = (cx[k] - x.x, cy[k] - x.y, cz[k] - x.z);
+            let scale = (dx * dx + dy * dy + dz * dz).max(f32::MIN_POSITIVE).sqrt().recip();
+            (ax[k], ay[k], az[k]) = (dx * scale, dy * scale, dz * scale);
+            height[k] = height_of(radius2[k] * scale * scale);
+            density[k] = share[k] / height[k];
         }
-        if self.count == 0 {
-            return;
+        for &(k, linear) in &expected.linears {
+            let (k, linear) = (k as usize, &linears[linear as usize]);
+            let axis = linear.dir(x);
+            (ax[k], ay[k], az[k]) = (axis.x, axis.y, axis.z);
+            height[k] = height_of(linear.sin2);
+            density[k] = share[k] / height[k];
         }
-        let by_flux = BY_FLUX / flux.max(f32::MIN_POSITIVE);
-        let by_expectation = if sum > 0.0 { (1.0 - BY_FLUX - EVENLY) / sum } else { 0.0 };
-        let even = (if sum > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.count as f32;
-        let (mut cumulative, mut squares) = (0.0, 0.0);
-        for (k, expected) in expected[..self.count].iter().enumerate() {
-            let share = by_expectation * expected + by_flux * self.cumulative[k] + even;
-            cumulative += share;
-            squares += share * share;
-            self.cumulative[k] = cumulative;
-            self.density[k] = share / (2.0 * std::f32::consts::PI * self.height[k]);
-        }
-        // Rounding must not leave the last cone short, nor the densities too high.
-        for k in 0..self.count {
-            self.cumulative[k] /= cumulative;
-            self.density[k] /= cumulative;
-        }
-        self.effective = cumulative * cumulative / squares;
         self.bound_blocks();
     }
 
@@ -213,39 +245,225 @@ impl Cones {
     }
 }
 
+/// 1 − cos of a half-angle from its squared sine.
+#[inline]
+fn height_of(sin2: f32) -> f32 {
+    let sin2 = sin2.min(1.0);
+    (0.5 * sin2 * (1.0 + 0.25 * sin2)).clamp(1e-12, WIDEST)
+}
+
+/// A small neighbourhood in which the same is expected: what it is named by. Its expectations are those at its middle, so
+/// they depend on nothing but it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Spot {
+    records: Identity,
+    cell: u32,
+    /// Which cube of the cell's grain.
+    at: [i32; 3],
+    /// Normal in sixteenths.
+    n: [i8; 3],
+}
+
+impl Spot {
+    fn of(records: &Records, x: Vec3, n: Vec3) -> Option<Spot> {
+        let cell = records.kd.leaf(x, n)?;
+        let grain = records.grains[cell];
+        let at = (x / grain).floor().to_array().map(|v| v as i32);
+        let n = n.to_array().map(|v| (v * 16.0).round() as i8);
+        Some(Spot { records: records.identity, cell: cell as u32, at, n })
+    }
+
+    /// Where it is remembered.
+    fn slot(&self) -> usize {
+        let [x, y, z] = self.at.map(|v| v as u32);
+        let hash = x.wrapping_mul(0x9e37_79b1)
+            ^ y.wrapping_mul(0x85eb_ca77)
+            ^ z.wrapping_mul(0xc2b2_ae3d)
+            ^ self.cell;
+        (hash.wrapping_mul(0x9e37_79b1) >> (32 - SLOTS.trailing_zeros())) as usize
+    }
+}
+
+/// Spots that a thread remembers.
+const SLOTS: usize = 64;
+
+thread_local! {
+    static REMEMBERED: RefCell<Vec<Expected>> =
+        RefCell::new((0..SLOTS).map(|_| Expected::default()).collect());
+}
+
+/// What is expected in a spot: balls in space, and their shares of the samples.
+#[derive(Default)]
+struct Expected {
+    spot: Option<Spot>,
+    /// m; where a regression leads, nothing.
+    centre: [Vec<f32>; 3],
+    /// m².
+    radius2: Vec<f32>,
+    /// Over 2π.
+    share: Vec<f32>,
+    cumulative: Vec<f32>,
+    /// Those that follow a regression.
+    linears: Vec<(u32, u32)>,
+    effective: f32,
+    /// Scratch.
+    found: Vec<Found>,
+}
+
+/// One of them: a ball, what it is expected to bring, its kind of source, its share of the neighbourhood's flux, its regression.
+struct Found {
+    centre: Vec3,
+    radius2: f32,
+    bring: f32,
+    kind: u8,
+    share: f32,
+    linear: u32,
+}
+
+impl Expected {
+    fn fill(&mut self, records: &Records, spot: Spot) {
+        self.spot = Some(spot);
+        self.centre
+            .iter_mut()
+            .chain([&mut self.radius2, &mut self.share, &mut self.cumulative])
+            .for_each(Vec::clear);
+        self.linears.clear();
+        self.found.clear();
+        let grain = records.grains[spot.cell as usize];
+        let x = Vec3::from_array(spot.at.map(|v| (v as f32 + 0.5) * grain));
+        let n = Vec3::from_array(spot.n.map(|v| v as f32)).normalize_or(Vec3::Z);
+        // Per kind of source, luminaires and zones: what is expected of them here, and their flux nearby. Expectations of
+        // one kind can be compared, those of two less well: there the records know better.
+        let (mut sum, mut flux) = ([0.0; 2], [0.0; 2]);
+        for c in records.in_cell(spot.cell as usize) {
+            let Some(View { centre, radius2, seen }) = records.view(c, x, 0.87 * grain) else { continue };
+            let to = centre - x;
+            let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
+            let (cos, sin2) = (to.dot(n) / distance2.sqrt(), (radius2 / distance2).min(1.0));
+            // All of it behind the surface, wherever in the spot.
+            let sin = sin2.sqrt() + 2.0 * grain / distance2.sqrt() + 0.1;
+            if cos <= -sin {
+                continue;
+            }
+            let signature = &records.signatures[c.signature as usize];
+            // Where nobody knows what limits the image, its size says nothing.
+            let known = c.linear != NONE || signature.is_known();
+            let bring = signature.strength * height_of(sin2) * seen * cos.max(0.5 * sin2.sqrt());
+            let kind = signature.kind & 1;
+            let bring = if known { bring } else { 0.0 };
+            self.found.push(Found { centre, radius2, bring, kind, share: c.share, linear: c.linear });
+        }
+        if self.found.len() > MOST {
+            let mut brings: Vec<f32> = self.found.iter().map(|f| f.bring).collect();
+            let least = *brings.select_nth_unstable_by(MOST - 1, |a, b| b.total_cmp(a)).1;
+            self.found.retain(|f| f.bring >= least);
+            self.found.truncate(MOST);
+        }
+        for (k, found) in self.found.iter().enumerate() {
+            sum[found.kind as usize] += found.bring;
+            flux[found.kind as usize] += found.share;
+            if found.linear != NONE {
+                self.linears.push((k as u32, found.linear));
+            }
+            for (all, v) in self.centre.iter_mut().zip(found.centre.to_array()) {
+                all.push(v);
+            }
+            self.radius2.push(found.radius2);
+        }
+        self.shares(sum, flux);
+    }
+
+    /// Shares from what is expected, by flux, and evenly.
+    fn shares(&mut self, sum: [f32; 2], flux: [f32; 2]) {
+        let all_flux = (flux[0] + flux[1]).max(f32::MIN_POSITIVE);
+        let promising = (0..2).map(|g| if sum[g] > 0.0 { flux[g] } else { 0.0 }).sum::<f32>();
+        let by_flux = BY_FLUX / all_flux;
+        let by_expectation = [0, 1].map(|g| match promising > 0.0 && sum[g] > 0.0 {
+            true => (1.0 - BY_FLUX - EVENLY) * flux[g] / (promising * sum[g]),
+            false => 0.0,
+        });
+        let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.found.len().max(1) as f32;
+        let (mut cumulative, mut squares) = (0.0, 0.0);
+        for found in &self.found {
+            let share = by_expectation[found.kind as usize] * found.bring + by_flux * found.share + even;
+            cumulative += share;
+            squares += share * share;
+            self.share.push(share);
+            self.cumulative.push(cumulative);
+        }
+        // Rounding must not leave the last cone short, nor the densities too high.
+        self.cumulative.iter_mut().for_each(|c| *c /= cumulative);
+        self.share.iter_mut().for_each(|s| *s /= 2.0 * std::f32::consts::PI * cumulative);
+        self.effective = if squares > 0.0 { cumulative * cumulative / squares } else { 0.0 };
+    }
+}
+
+/// How a candidate is seen: through which ball, and how much of that is expected to show the image, 0 to 1.
+struct View {
+    centre: Vec3,
+    radius2: f32,
+    seen: f32,
+}
+
 impl Records {
-    /// The cone of a candidate at `x`: axis, squared sine of the half-angle; and whether its image is expected to be seen,
-    /// 0 to 1.
-    #[inline]
-    fn cone(&self, c: &Candidate, x: Vec3) -> (Vec3, f32, f32) {
+    /// The view of a candidate from within `radius` of `x`; none if a patch is known to be beside every ray to its image.
+    fn view(&self, c: &Candidate, x: Vec3, radius: f32) -> Option<View> {
         if c.linear != NONE {
             let linear = &self.linears[c.linear as usize];
-            return (linear.dir(x), linear.sin2, 1.0);
+            return Some(View { centre: x + linear.dir(x), radius2: linear.sin2, seen: 1.0 });
         }
         let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
-        let best = &places[c.best as usize];
-        let to = best.centre - x;
-        let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
-        let axis = to * distance2.sqrt().recip();
-        let sin2 = (best.radius * best.radius / distance2).min(1.0);
-        if c.gate == UNGATED {
-            return (axis, sin2, 1.0);
-        }
-        let gate = &places[c.gate as usize];
-        let to_gate = gate.centre - x;
-        let along = to_gate.dot(axis);
-        let offset = axis * along - to_gate;
-        let missed = match c.gate {
-            // The ray to the image must go through the patch.
-            1 | 2 if windows[c.gate as usize - 1].is_some() => {
-                let blur = PARTLY * best.radius * along / distance2.sqrt();
-                windows[c.gate as usize - 1].is_some_and(|w| !w.passes(offset, blur))
-            }
-            // Both balls must lie on one ray.
-            _ => offset.length_squared() > (gate.radius + sin2.sqrt() * along.abs()).powi(2),
+        let ball = |k: usize| (places[k].centre, places[k].radius * places[k].radius);
+        let sin2 = |centre: Vec3, radius2: f32| {
+            (radius2 / (centre - x).length_squared().max(f32::MIN_POSITIVE)).min(1.0)
         };
-        (axis, sin2, if missed { BESIDE } else { 1.0 })
+        let (centre, radius2) = ball(c.best as usize);
+        if c.gates == 0 {
+            return Some(View { centre, radius2, seen: 1.0 });
+        }
+        let (image, image_radius2) = ball(0);
+        let distance = (image - x).length();
+        let axis = (image - x) / distance;
+        let angle = sin2(image, image_radius2).sqrt();
+        let mut tightest = View { centre, radius2, seen: 1.0 };
+        for k in 1..3 {
+            if (c.gates | 1 << c.best) >> k & 1 == 0 {
+                continue;
+            }
+            let to = places[k].centre - x;
+            let along = to.dot(axis);
+            // How far the ray to the image moves at the patch as `x` does.
+            let slack = radius * (1.0 - along / distance).abs();
+            match windows[k - 1] {
+                Some(window) => {
+                    let (part, wide) = (window.part(x, axis, angle, 0.0), window.part(x, axis, angle, slack));
+                    let wide = wide?;
+                    // The image is round, not square.
+                    let area = std::f32::consts::FRAC_PI_4 * part.map_or(BESIDE * wide.area, |p| p.area)
+                        / (wide.distance * wide.distance);
+                    let (centre, radius2) =
+                        if wide.clipped { wide.ball(axis) } else { (image, image_radius2) };
+                    let sin2 = sin2(centre, radius2);
+                    if sin2 <= sin2_of(&tightest, x) {
+                        tightest =
+                            View { centre, radius2, seen: (area / (std::f32::consts::PI * sin2)).min(1.0) };
+                    }
+                }
+                // Both balls must lie on one ray.
+                None => {
+                    let offset = axis * along - to;
+                    if offset.length() > places[k].radius + angle * along.abs() + slack {
+                        return None;
+                    }
+                }
+            }
+        }
+        Some(tightest)
     }
+}
+
+fn sin2_of(view: &View, x: Vec3) -> f32 {
+    (view.radius2 / (view.centre - x).length_squared().max(f32::MIN_POSITIVE)).min(1.0)
 }
 
 #[cfg(test)]
@@ -267,6 +485,7 @@ mod tests {
             radius,
             flux: 1.0 + i as f32,
             strength: 1.0,
+            of_zone: false,
         };
         let all = vec![
             record(0, Vec3::new(0.0, 0.0, 2.0), 0.3),

@@ -12,14 +12,16 @@
 mod cones;
 mod model;
 
-pub use cones::{Cones, MOST};
+pub use cones::{Cones, Lent, MOST};
 
+use super::file::ZoneFileError;
 use super::kd::{Group, Kd, Placed, morton};
-use super::wire::wire;
+use super::wire::{Wire, wire};
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// One arrival through a specular chain.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +46,8 @@ pub struct Record {
     pub flux: f32,
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
+    /// Whether it comes from a bright zone, not from a luminaire.
+    pub of_zone: bool,
 }
 
 /// A signature that matters in a neighbourhood.
@@ -55,14 +59,13 @@ struct Candidate {
     linear: u32,
     /// Which place is tightest around the leaf.
     best: u8,
-    /// Which other place tells whether the image is seen: [`UNGATED`] if none does.
-    gate: u8,
+    /// Which other places tell whether the image is seen: bit k for place k.
+    gates: u8,
     /// Share of the neighbourhood's flux.
     share: f32,
 }
 
 const NONE: u32 = u32::MAX;
-const UNGATED: u8 = 3;
 
 /// All candidates, found by place and facing.
 pub struct Records {
@@ -70,9 +73,13 @@ pub struct Records {
     /// First candidate of each leaf, and one past the last.
     first: Vec<u32>,
     candidates: Vec<Candidate>,
+    /// How far apart points of each leaf may lie to expect the same (m).
+    grains: Vec<f32>,
     signatures: Vec<Signature>,
     linears: Vec<Linear>,
     records: u64,
+    /// No two live ones are alike.
+    identity: Identity,
 }
 
 impl std::fmt::Debug for Records {
@@ -102,13 +109,15 @@ const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
 pub const LARGE: f32 = 0.15;
 /// Leaves with fewer candidates than this are filled up with signatures that must be visible from them.
-const ROOM: usize = MOST / 2;
+const ROOM: usize = LISTED / 2;
+/// Candidates that a leaf lists at most: those with the largest shares.
+const LISTED: usize = 4096;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
 const UNRECORDED: f32 = 0.25;
 
-wire!(Candidate { signature, linear, best, gate, share });
-wire!(Records { kd, first, candidates, signatures, linears, records });
+wire!(Candidate { signature, linear, best, gates, share });
+wire!(Records { kd, first, candidates, grains, signatures, linears, records, identity });
 
 impl Default for Records {
     fn default() -> Self {
@@ -116,9 +125,11 @@ impl Default for Records {
             kd: Kd::default(),
             first: vec![0],
             candidates: Vec::new(),
+            grains: Vec::new(),
             signatures: Vec::new(),
             linears: Vec::new(),
             records: 0,
+            identity: Identity::default(),
         }
     }
 }
@@ -131,8 +142,27 @@ fn distinct(records: &[Record]) -> usize {
     names.len()
 }
 
-/// A finished leaf: candidates, and their regressions.
+/// What was found in a leaf: candidates, and their regressions.
 type Found = Vec<(Candidate, Option<Linear>)>;
+
+/// A number that no other solution of this process has. It is not stored, and nothing but sameness depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Identity(u64);
+
+impl Default for Identity {
+    fn default() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Identity(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+impl Wire for Identity {
+    fn put(&self, _: &mut Vec<u8>) {}
+
+    fn take(_: &mut &[u8]) -> Result<Self, ZoneFileError> {
+        Ok(Identity::default())
+    }
+}
 
 impl Records {
     /// Group the records. The result depends on `records` and their order alone.
@@ -145,11 +175,11 @@ impl Records {
         let (kd, groups) = Kd::new(&mut records, small);
         all.kd = kd;
         let this = &all;
-        let found: Vec<Found> = (0..groups.len())
+        let found: Vec<(Found, f32)> = (0..groups.len())
             .into_par_iter()
-            .map_init(Vec::new, |near, i| this.leaf(&groups, i, near))
+            .map_init(|| Nearby::new(this.signatures.len()), |near, i| this.leaf(&groups, i, near))
             .collect();
-        for leaf in found {
+        for (leaf, grain) in found {
             for (mut candidate, linear) in leaf {
                 if let Some(linear) = linear {
                     candidate.linear = all.linears.len() as u32;
@@ -158,8 +188,28 @@ impl Records {
                 all.candidates.push(candidate);
             }
             all.first.push(all.candidates.len() as u32);
+            all.grains.push(grain);
         }
         all
+    }
+
+    /// How far apart points in a box may lie to expect the same of all but a quarter of `list`.
+    fn grain(&self, list: &Found, low: Vec3, high: Vec3) -> f32 {
+        let whole = 0.5 * (high - low).length();
+        let x = 0.5 * (low + high);
+        let mut grains: Vec<f32> = list
+            .iter()
+            .filter(|f| f.1.is_none())
+            .map(|f| self.signatures[f.0.signature as usize].grain(x))
+            .filter(|g| g.is_finite())
+            .collect();
+        let quarter = grains.len() / 4;
+        let grain = match grains.is_empty() {
+            true => whole,
+            false => *grains.select_nth_unstable_by(quarter, f32::total_cmp).1,
+        };
+        // Coordinates over the grain must stay within what an i32 tells apart.
+        grain.min(whole).max(1e-6 * low.abs().max(high.abs()).max_element()).max(f32::MIN_POSITIVE)
     }
 
     /// Replace each record's signature by its index, and fit what each signature's records have in common.
@@ -174,61 +224,65 @@ impl Records {
             .for_each(|(i, g)| g.iter_mut().for_each(|r| r.signature = i as u32));
     }
 
-    /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it.
-    /// `near` is scratch space.
-    fn leaf(&self, groups: &[Group<Record>], i: usize, near: &mut Vec<(u32, u32, u32)>) -> Found {
+    /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it; and its
+    /// grain.
+    fn leaf(&self, groups: &[Group<Record>], i: usize, near: &mut Nearby) -> (Found, f32) {
         let Group { members, low, high } = groups[i];
-        let (wide_low, wide_high) = groups[i].dilated(DILATE);
-        let within = |p: Vec3, low: Vec3, high: Vec3| p.cmpge(low).all() && p.cmple(high).all();
-        near.clear();
-        self.kd.visit(members[0].n, wide_low, wide_high, &mut |leaf| {
-            for (k, r) in groups[leaf as usize].members.iter().enumerate() {
-                if within(r.p, wide_low, wide_high) {
-                    near.push((r.signature, leaf, k as u32));
-                }
-            }
-        });
-        near.sort_unstable();
-        let record = |at: &(u32, u32, u32)| &groups[at.1 as usize].members[at.2 as usize];
-        let centre = (low + high) * 0.5;
+        let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        near.collect(&self.kd, groups, i);
         let mut found: Found = Vec::new();
-        let mut group: Vec<Record> = Vec::new();
-        for names in near.chunk_by(|a, b| a.0 == b.0) {
-            let weight = |r: &Record| r.flux * if within(r.p, low, high) { 1.0 } else { OUTSIDE };
-            let share: f32 = names.iter().map(|at| weight(record(at))).sum();
-            let mut candidate = self.candidate(names[0].0, share, centre);
-            let place = self.signatures[names[0].0 as usize].places[candidate.best as usize].sin2(centre);
-            let first = record(&names[0]);
+        near.curved.clear();
+        for &name in &near.names {
+            let candidate = self.candidate(name, near.shares[name as usize], centre);
+            let signature = &self.signatures[name as usize];
+            let place = signature.places[candidate.best as usize].sin2(centre);
+            let (leaf, k) = near.first[name as usize];
+            let first = &groups[leaf as usize].members[k as usize];
             let seen = first.radius / first.length;
             // No regression where a fixed place says as much.
-            if place <= 2.5 * seen * seen {
+            if place > 2.5 * seen * seen {
+                near.curved.push(name);
+            } else if !signature.is_missed_from(centre, radius) {
                 found.push((candidate, None));
-                continue;
             }
-            group.clear();
-            group.extend(names.iter().map(record));
+        }
+        self.regressions(&mut found, groups, i, near);
+        let mut names: Vec<u32> = found.iter().map(|f| f.0.signature).collect();
+        names.sort_unstable();
+        self.unrecorded(&mut found, &names, centre, radius, members[0].n);
+        let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
+        found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
+        found.truncate(LISTED);
+        let total: f32 = found.iter().map(|f| f.0.share).sum();
+        found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
+        // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
+        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0.signature));
+        let grain = self.grain(&found, low, high);
+        (found, grain)
+    }
+
+    /// The candidates of the signatures around leaf `i` that no fixed place explains.
+    fn regressions(&self, found: &mut Found, groups: &[Group<Record>], i: usize, near: &Nearby) {
+        let Group { low, high, .. } = groups[i];
+        let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        for (name, mut group) in near.curved_records(&self.kd, groups, i) {
+            let share = near.shares[name as usize];
+            let mut candidate = self.candidate(name, share, centre);
+            let signature = &self.signatures[name as usize];
+            let place = signature.places[candidate.best as usize].sin2(centre);
             let mut rest = group.len();
             let images = Linear::fit_images(&mut group, IMAGES);
             for (linear, count) in images {
                 let part = count as f32 / group.len() as f32;
                 let linear = linear.filter(|l| l.sin2 < 0.7 * place);
                 // What no regression explains is left to the places, once.
-                if linear.is_some() || rest == group.len() {
-                    candidate.gate = if linear.is_some() { UNGATED } else { candidate.gate };
+                if linear.is_some() || rest == group.len() && !signature.is_missed_from(centre, radius) {
+                    candidate.gates = if linear.is_some() { 0 } else { candidate.gates };
                     found.push((Candidate { share: share * part, ..candidate }, linear));
                 }
                 rest -= count;
             }
         }
-        self.unrecorded(&mut found, centre, 0.5 * (high - low).length(), members[0].n);
-        let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
-        found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
-        found.truncate(MOST);
-        let total: f32 = found.iter().map(|f| f.0.share).sum();
-        found.iter_mut().for_each(|f| f.0.share /= total.max(f32::MIN_POSITIVE));
-        // Neighbours in direction are neighbours in the list: cones are tested by blocks and sampled systematically.
-        found.sort_by_cached_key(|f| (self.direction_code(f, centre), f.0.signature));
-        found
     }
 
     /// A signature as seen from a leaf around `centre`.
@@ -236,24 +290,15 @@ impl Records {
         let places = &self.signatures[signature as usize].places;
         let sin2 = places.map(|p| p.sin2(centre));
         let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
-        // Seen at the image: through the smaller patch. Seen at a patch: towards the image.
-        let gate = match best {
-            0 => {
-                if places[1].radius <= places[2].radius {
-                    1
-                } else {
-                    2
-                }
-            }
-            _ => 0,
-        };
-        let gate = if sin2[gate] < 0.5 { gate as u8 } else { UNGATED };
-        Candidate { signature, linear: NONE, best: best as u8, gate, share }
+        // The ray must pass all that is known; from within a place or close by, it says nothing.
+        let tells = |k: usize| (k != best && sin2[k] < 0.5) as u8;
+        let gates = (0..3).fold(0, |g, k| g | tells(k) << k);
+        Candidate { signature, linear: NONE, best: best as u8, gates, share }
     }
 
     /// Add the signatures that the places of their images and patches make visible from around `centre`, those that promise
     /// most first, as far as there is room.
-    fn unrecorded(&self, found: &mut Found, centre: Vec3, radius: f32, n: Vec3) {
+    fn unrecorded(&self, found: &mut Found, known: &[u32], centre: Vec3, radius: f32, n: Vec3) {
         let room = ROOM.saturating_sub(found.len());
         if room == 0 {
             return;
@@ -267,7 +312,8 @@ impl Records {
         for (name, signature) in self.signatures.iter().enumerate() {
             let name = name as u32;
             if signature.is_visible_from(centre, radius, n)
-                && found.binary_search_by_key(&name, |f| f.0.signature).is_err()
+                && !signature.is_missed_from(centre, radius)
+                && known.binary_search(&name).is_err()
             {
                 more.push(self.candidate(name, share, centre));
             }
@@ -296,11 +342,13 @@ impl Records {
             (c.signature as usize) < self.signatures.len()
                 && (c.linear == NONE || (c.linear as usize) < self.linears.len())
                 && c.best < 3
-                && c.gate <= UNGATED
+                && c.gates < 8
         };
         !self.first.is_empty()
             && self.kd.is_sound(self.first.len() - 1)
             && self.first.is_sorted()
+            && self.grains.len() + 1 == self.first.len()
+            && self.grains.iter().all(|g| *g > 0.0)
             && self.first.last().is_some_and(|l| *l as usize == self.candidates.len())
             && self.candidates.iter().all(known)
     }
@@ -323,12 +371,79 @@ impl Records {
             + self.linears.len() * size_of::<Linear>()
     }
 
-    /// The candidates near `p` on a surface that faces `n`.
-    fn near(&self, p: Vec3, n: Vec3) -> &[Candidate] {
-        match self.kd.leaf(p, n) {
-            Some(leaf) => &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize],
-            None => &[],
+    /// The candidates of a leaf.
+    fn in_cell(&self, leaf: usize) -> &[Candidate] {
+        &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize]
+    }
+}
+
+/// The signatures recorded around a leaf; scratch space of one thread.
+struct Nearby {
+    /// Flux of each signature, weighted; 0 where it is not near.
+    shares: Vec<f32>,
+    /// A record of each, by leaf and number.
+    first: Vec<(u32, u32)>,
+    /// Those that are near, in order.
+    names: Vec<u32>,
+    /// Those of them that no fixed place explains, in order.
+    curved: Vec<u32>,
+}
+
+fn within(p: Vec3, low: Vec3, high: Vec3) -> bool {
+    p.cmpge(low).all() && p.cmple(high).all()
+}
+
+impl Nearby {
+    fn new(signatures: usize) -> Nearby {
+        Nearby {
+            shares: vec![0.0; signatures],
+            first: vec![(0, 0); signatures],
+            names: Vec::new(),
+            curved: Vec::new(),
         }
+    }
+
+    /// Call `f` with every record around leaf `i`, its leaf and its number, in an order of their own.
+    fn visit(kd: &Kd, groups: &[Group<Record>], i: usize, f: &mut impl FnMut(&Record, u32, u32)) {
+        let (low, high) = groups[i].dilated(DILATE);
+        kd.visit(groups[i].members[0].n, low, high, &mut |leaf| {
+            for (k, r) in groups[leaf as usize].members.iter().enumerate() {
+                if within(r.p, low, high) {
+                    f(r, leaf, k as u32);
+                }
+            }
+        });
+    }
+
+    fn collect(&mut self, kd: &Kd, groups: &[Group<Record>], i: usize) {
+        for name in self.names.drain(..) {
+            self.shares[name as usize] = 0.0;
+        }
+        let Group { low, high, .. } = groups[i];
+        Nearby::visit(kd, groups, i, &mut |r, leaf, k| {
+            let share = &mut self.shares[r.signature as usize];
+            if *share == 0.0 {
+                self.names.push(r.signature);
+                self.first[r.signature as usize] = (leaf, k);
+            }
+            // Never nothing: a record without flux still says where.
+            let weight = if within(r.p, low, high) { 1.0 } else { OUTSIDE };
+            *share += (r.flux * weight).max(f32::MIN_POSITIVE);
+        });
+        self.names.sort_unstable();
+    }
+
+    /// The records of each signature in `curved`.
+    fn curved_records(&self, kd: &Kd, groups: &[Group<Record>], i: usize) -> Vec<(u32, Vec<Record>)> {
+        let mut all: Vec<(u32, Vec<Record>)> = self.curved.iter().map(|name| (*name, Vec::new())).collect();
+        if !all.is_empty() {
+            Nearby::visit(kd, groups, i, &mut |r, _, _| {
+                if let Ok(at) = self.curved.binary_search(&r.signature) {
+                    all[at].1.push(*r);
+                }
+            });
+        }
+        all
     }
 }
 
@@ -365,6 +480,7 @@ mod tests {
                     radius: 0.002,
                     flux: 1.0,
                     strength: 1.0,
+                    of_zone: false,
                 }
             })
             .collect()

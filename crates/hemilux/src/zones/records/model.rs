@@ -21,8 +21,8 @@ pub(super) struct Place {
 }
 
 wire!(Place { centre, radius });
-wire!(Window { axes });
-wire!(Signature { places, windows, strength });
+wire!(Window { centre, normal, axes });
+wire!(Signature { places, windows, strength, kind });
 wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
@@ -54,40 +54,108 @@ impl Place {
     }
 }
 
-/// The rectangle that a patch fills, around the centre of its [`Place`].
+/// The rectangle that a patch fills.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
+    /// m.
+    centre: Vec3,
+    /// Unit, across the rectangle.
+    normal: Vec3,
     /// Unit axes and half-lengths (m).
     axes: [(Vec3, f32); 2],
 }
 
+/// The part of an image that is seen through a window.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// Its middle (m).
+    pub centre: Vec3,
+    /// Half-axes of the rectangle around it.
+    pub half: [Vec3; 2],
+    /// Whether the window cuts some of the image off.
+    pub clipped: bool,
+    /// Area across the ray (m²).
+    pub area: f32,
+    /// Distance along the ray (m).
+    pub distance: f32,
+}
+
+impl Part {
+    /// The ball around it, as seen along unit `axis`: centre (m), squared radius (m²).
+    pub fn ball(&self, axis: Vec3) -> (Vec3, f32) {
+        let across = |d: Vec3| (d - axis * axis.dot(d)).length_squared();
+        let [a, b] = self.half;
+        (self.centre, across(a + b).max(across(a - b)))
+    }
+}
+
 impl Window {
-    /// The smallest rectangle, of a few turns, around `points` (relative to their mean) in the plane they spread over most.
+    /// The smallest rectangle, of a few turns, around `points` in the plane they spread over most.
     fn fit(points: &[Vec3]) -> Option<Window> {
+        let mean = points.iter().sum::<Vec3>() / points.len() as f32;
         let longest = |f: &dyn Fn(Vec3) -> Vec3| {
-            points.iter().map(|p| f(*p)).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+            points
+                .iter()
+                .map(|p| f(*p - mean))
+                .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
         };
         let a = longest(&|p| p)?.try_normalize()?;
         let b = longest(&|p| p - a * a.dot(p))?.try_normalize()?;
         let margin = 1.0 + 2.0 / points.len() as f32;
         let turned = |i: u32| {
             let (s, c) = (i as f32 * std::f32::consts::FRAC_PI_2 / TURNS as f32).sin_cos();
-            let axes = [a * c + b * s, b * c - a * s];
-            axes.map(|u| (u, margin * points.iter().map(|p| p.dot(u).abs()).fold(0.0, f32::max)))
+            let mut centre = mean;
+            let axes = [a * c + b * s, b * c - a * s].map(|u| {
+                let along = points.iter().map(|p| u.dot(*p - mean));
+                let (low, high) = along.fold((f32::MAX, f32::MIN), |r, v| (r.0.min(v), r.1.max(v)));
+                centre += u * (0.5 * (low + high));
+                (u, margin * 0.5 * (high - low))
+            });
+            Window { centre, normal: axes[0].0.cross(axes[1].0), axes }
         };
         (0..TURNS)
             .map(turned)
-            .min_by(|x, y| (x[0].1 * x[1].1).total_cmp(&(y[0].1 * y[1].1)))
-            .map(|axes| Window { axes })
+            .min_by(|x, y| (x.axes[0].1 * x.axes[1].1).total_cmp(&(y.axes[0].1 * y.axes[1].1)))
     }
 
-    /// Whether a ray that passes the centre at `offset` goes through, give or take `blur` (m).
+    /// Its smaller half-length (m).
+    pub fn narrow(&self) -> f32 {
+        self.axes[0].1.min(self.axes[1].1)
+    }
+
+    /// What is seen through it from `x` of a ball around unit `axis` with half-angle `angle` (radians, small), give or take
+    /// `slack` (m); nothing if the two do not overlap. Both axes are treated alone: the ball counts as a square.
     #[inline]
-    pub fn passes(&self, offset: Vec3, blur: f32) -> bool {
-        self.axes.iter().all(|(u, half)| u.dot(offset).abs() <= half + blur)
+    pub fn part(&self, x: Vec3, axis: Vec3, angle: f32, slack: f32) -> Option<Part> {
+        let cos = axis.dot(self.normal);
+        let distance = (self.centre - x).dot(self.normal) / cos;
+        if !(distance > 0.0 && distance < f32::MAX) {
+            return None;
+        }
+        let met = x + axis * distance - self.centre;
+        let blur = angle * distance;
+        let mut part =
+            Part { centre: self.centre, half: [Vec3::ZERO; 2], clipped: false, area: cos.abs(), distance };
+        for (i, (u, half)) in self.axes.iter().enumerate() {
+            // The ball's shadow on the plane is longer where the plane is tilted.
+            let tilt = u.dot(axis) / cos;
+            let reach = (ROOMY * blur + slack) * (1.0 + tilt * tilt).sqrt();
+            let (at, half) = (u.dot(met), ROOMY * half);
+            let (low, high) = ((at - reach).max(-half), (at + reach).min(half));
+            if low >= high {
+                return None;
+            }
+            part.clipped |= high - low < 1.99 * reach;
+            part.centre += *u * (0.5 * (low + high));
+            part.half[i] = *u * (0.5 * (high - low));
+            part.area *= high - low;
+        }
+        Some(part)
     }
 }
 
+/// Images and windows are taken to be this much larger than they seem: too wide costs less than too narrow.
+const ROOMY: f32 = 1.1;
 /// Turns that are tried for a window.
 const TURNS: u32 = 12;
 
@@ -100,8 +168,14 @@ pub(super) struct Signature {
     pub windows: [Option<Window>; 2],
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
+    /// 1 if the source is a bright zone, 0 if it is a luminaire.
+    pub kind: u8,
 }
 
+/// A patch may move so much of its half-width against the image, and a way may differ by so much of its length, before
+/// another is seen.
+const ALIKE: f32 = 0.3;
+const SHORT: f32 = 0.1;
 /// Records from which on a signature shows the size of its patches.
 const SHOWN: usize = 8;
 
@@ -146,7 +220,7 @@ impl Signature {
         let (to_image, to_window) = (image.centre - x, window.centre - x);
         let (far, near) = (to_image.length(), to_window.length());
         // Beyond the window, and neither so wide that it could be anywhere.
-        if !(near > 4.0 * (window.radius + radius) && far > 4.0 * (image.radius + radius) && far > near) {
+        if !(near > 1.5 * (window.radius + radius) && far > 1.5 * (image.radius + radius) && far > near) {
             return false;
         }
         let to_window = to_window / near;
@@ -157,18 +231,60 @@ impl Signature {
         apart < (window.radius + radius) / near + (image.radius + radius) / far
     }
 
+    /// Whether it is known that the image is not seen from anywhere within `radius` of `x`: some patch of the chain lies
+    /// beside every ray to it.
+    pub fn is_missed_from(&self, x: Vec3, radius: f32) -> bool {
+        let to_image = self.places[0].centre - x;
+        let distance = to_image.length();
+        let angle = self.places[0].radius / distance;
+        // Close by or all around, anything can be seen.
+        if !(distance > 2.0 * radius && angle < 0.5) {
+            return false;
+        }
+        let axis = to_image / distance;
+        (0..2).any(|k| {
+            let place = &self.places[k + 1];
+            let along = (place.centre - x).dot(axis);
+            // How far the ray to the image moves at the patch when `x` does.
+            let slack = 1.5 * radius * (1.0 - along / distance).abs();
+            match self.windows[k] {
+                Some(window) => along > 1.5 * radius && window.part(x, axis, angle, slack).is_none(),
+                None => {
+                    let offset = axis * along - (place.centre - x);
+                    along > 1.5 * (radius + place.radius)
+                        && offset.length() > place.radius + angle * along + slack
+                }
+            }
+        })
+    }
+
+    /// How far from `x` the image is seen through about the same part of its patches (m).
+    pub fn grain(&self, x: Vec3) -> f32 {
+        let image = self.places[0];
+        let distance = (image.centre - x).length();
+        let axis = (image.centre - x) / distance;
+        let through = |k: usize| {
+            let place = &self.places[k + 1];
+            let along = (place.centre - x).dot(axis);
+            let narrow = self.windows[k].map_or(place.radius, |w| w.narrow());
+            let size = narrow + image.radius / distance * along.abs();
+            (ALIKE * size / (1.0 - along / distance).abs()).min(SHORT * along.abs())
+        };
+        through(0).min(through(1)).min(SHORT * distance)
+    }
+
     pub fn fit(records: &[Record]) -> Signature {
         let n = records.len() as f32;
         let patches = [0, 1].map(|k: usize| Place::fit(records, |r| r.reach[k], None));
         let window = |k: usize| {
-            let points: Vec<Vec3> =
-                records.iter().map(|r| r.p + r.dir * r.reach[k] - patches[k].centre).collect();
+            let points: Vec<Vec3> = records.iter().map(|r| r.p + r.dir * r.reach[k]).collect();
             if records.len() >= SHOWN { Window::fit(&points) } else { None }
         };
         Signature {
             windows: [window(0), window(1)],
             places: [Place::fit(records, |r| r.length, Some(records[0].radius)), patches[0], patches[1]],
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
+            kind: records[0].of_zone as u8,
         }
     }
 }
