@@ -445,7 +445,7 @@ mod tests {
         let mut forward = Pixel::default();
         v.iter().zip(0..).for_each(|(&x, pass)| forward.add(pass, &sample(x)));
         let mut backward = Pixel::default();
-        v.iter().zip(0..).rev().for_each(|(&x, pass)| backward.add(pass, &sample(x)));
+        v.iter().zip(0..v.len() as u32).rev().for_each(|(&x, pass)| backward.add(pass, &sample(x)));
         assert_eq!(forward, backward);
         let mut parts = [Pixel::default(); 3];
         v.iter().zip(0..).for_each(|(&x, pass)| parts[pass as usize % 3].add(pass, &sample(x)));

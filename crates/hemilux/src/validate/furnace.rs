@@ -94,7 +94,11 @@ fn white_materials(scene: &mut Scene) -> Vec<(&'static str, MaterialId, f64)> {
         ),
         ("no surface", MaterialKind::Interface),
     ];
-    let known = [("rough metal 0.3", 0.0674), ("rough glass 0.3", 0.1075), ("rough lacquered metal 0.2 on 0.3", 0.1114)];
+    let known = [
+        ("rough metal 0.3", 0.0674),
+        ("rough glass 0.3", 0.1075),
+        ("rough lacquered metal 0.2 on 0.3", 0.1114),
+    ];
     let loss = |name: &str| known.iter().find(|k| k.0 == name).map_or(0.0, |k| k.1);
     let mut all: Vec<_> =
         kinds.into_iter().map(|(name, kind)| (name, material(scene, kind), loss(name))).collect();
