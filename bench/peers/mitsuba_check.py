@@ -203,4 +203,5 @@ def main():
                               "spp": args.spp, "ours_spp": args.ours_spp, "figures": figures}), file=f)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -60,6 +60,11 @@ fn name(kind: &HintKind) -> (&'static str, Option<&str>) {
     }
 }
 
+/// The decimal number that a single-precision one was read from.
+fn decimal(v: f32) -> f64 {
+    (v as f64 * 1e6).round() / 1e6
+}
+
 /// What each hint changed, for `--report`.
 pub fn report(world: &World, given: &Hints) -> Value {
     let one = |o: Outcome| {
@@ -72,12 +77,12 @@ pub fn report(world: &World, given: &Hints) -> Value {
         if matches!(o.kind, HintKind::Caster(_) | HintKind::Luminaire(_)) {
             map.insert(
                 "particles".into(),
-                json!({"share": o.particle_share, "sent": o.sent, "others": o.others}),
+                json!({"share": decimal(o.particle_share), "sent": o.sent, "others": o.others}),
             );
         }
         match o.kind {
             HintKind::Luminaire(_) => {
-                map.insert("shadow_ray_share".into(), json!(o.shadow_share));
+                map.insert("shadow_ray_share".into(), json!(decimal(o.shadow_share)));
             }
             _ => {
                 map.insert("gather_rays".into(), json!(o.rays));
@@ -91,7 +96,10 @@ pub fn report(world: &World, given: &Hints) -> Value {
     };
     let mut list: Vec<Value> = world.hints.outcomes().into_iter().map(one).collect();
     list.extend(
-        given.image.iter().map(|w| json!({"hint": "image", "window": w.window, "samples": w.samples})),
+        given
+            .image
+            .iter()
+            .map(|w| json!({"hint": "image", "window": w.window.map(decimal), "samples": w.samples})),
     );
     if let Some(c) = given.criterion {
         let name = CRITERIA.iter().find(|n| n.1 == c).map_or("", |n| n.0);

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p hemilux --example importance -- [PASSES] SCENE...`
 //!
-//! For every scene, particles are aimed at what the camera sees (`camera`) or at everything (`all`), the same number of
+//! A scene of several files is FILE+FILE. For every scene, particles are aimed at what the camera sees (`camera`) or at everything (`all`), the same number of
 //! them. Two solutions A and B are each rendered twice with numbers of their own; mean squares over pixels of A₁ − A₂ give
 //! the variance that gathers make, products (A₁ − B₁)(A₂ − B₂) that of the zones, both relative to
 //! mean² + 1 % of the picture's mean². Fixed seeds.
@@ -26,7 +26,8 @@ fn main() {
     println!("| scene | zones' area seen | aimed at | particles | gathers, per pass | zones | surprise |");
     println!("| --- | --- | --- | --- | --- | --- | --- |");
     for scene in &words {
-        let loaded = load(&[PathBuf::from(scene)], &LoadOptions { lenient: true, ..LoadOptions::default() });
+        let files: Vec<PathBuf> = scene.split('+').map(PathBuf::from).collect();
+        let loaded = load(&files, &LoadOptions { lenient: true, ..LoadOptions::default() });
         let Ok(loaded) = loaded else {
             eprintln!("{scene}: cannot be read");
             continue;

@@ -19,6 +19,7 @@ use crate::strategies::{self, Report};
 use crate::transport::{Arrival, Start, Tally, Walker, power_heuristic};
 use crate::world::Surface;
 use crate::world::luminaire::Receiver;
+use crate::wrong::{Wrong, makes};
 use crate::zones::Zones;
 use crate::zones::field::Prediction;
 use crate::zones::records::{Cones, Lent};
@@ -192,11 +193,12 @@ impl Point<'_> {
                 density += self.broad.own[k] as f32 * lobe.pdf_solid_angle(self.wo, wi);
             }
         }
+        let part = if makes(Wrong::Density) { 0.9 } else { 1.0 };
         if let Some(prediction) = &self.broad.prediction {
-            density += self.broad.guided as f32 * prediction.pdf_solid_angle(w);
+            density += part * self.broad.guided as f32 * prediction.pdf_solid_angle(w);
         }
         if self.cone_rays > 0 {
-            density += self.cone_rays as f32 * self.cones.density(w);
+            density += part * self.cone_rays as f32 * self.cones.density(w);
         }
         density + self.looks.density(w)
     }

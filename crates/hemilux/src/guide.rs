@@ -25,7 +25,8 @@ const BY_PREDICTION: f32 = 0.5;
 
 /// The mixture at one vertex.
 pub(crate) struct Guide<'a> {
-    cones: Lent,
+    /// `None` where there are none.
+    cones: Option<Lent>,
     prediction: Option<Prediction<'a>>,
     /// Share of the cones, of the prediction, of the scattering.
     shares: [f32; 3],
@@ -52,12 +53,20 @@ impl<'a> Guide<'a> {
             return None;
         }
         let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        let prediction = zones.field().near(s.p, n);
-        let cones = match zones.records().is_empty() {
-            true => Lent::none(),
-            false => Lent::new(zones.records(), s.p, n),
-        };
-        let by_cones = if cones.is_empty() { 0.0 } else { BY_CONES };
+        Guide::of(zones.field().near(s.p, n), cones(zones, s.p, n))
+    }
+
+    /// The same without cones: for vertices whose images something else brings.
+    pub fn without_images(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Guide<'a>> {
+        if !bsdf.has_diffuse() {
+            return None;
+        }
+        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        Guide::of(zones.field().near(s.p, n), None)
+    }
+
+    fn of(prediction: Option<Prediction<'a>>, cones: Option<Lent>) -> Option<Guide<'a>> {
+        let by_cones = if cones.is_some() { BY_CONES } else { 0.0 };
         let by_prediction = if prediction.is_some() { BY_PREDICTION * (1.0 - by_cones) } else { 0.0 };
         let shares = [by_cones, by_prediction, 1.0 - by_cones - by_prediction];
         (shares[2] < 1.0).then(|| Guide { cones, prediction, shares })
@@ -66,8 +75,8 @@ impl<'a> Guide<'a> {
     /// Density per steradian at unit `w`, where the scattering alone has `own`.
     pub fn density(&self, w: Vec3, own: f32) -> f32 {
         let mut density = self.shares[2] * own;
-        if self.shares[0] > 0.0 {
-            density += self.shares[0] * self.cones.density(w);
+        if let Some(cones) = &self.cones {
+            density += self.shares[0] * cones.density(w);
         }
         if let Some(prediction) = &self.prediction {
             density += self.shares[1] * prediction.pdf_solid_angle(w);
@@ -79,9 +88,9 @@ impl<'a> Guide<'a> {
     pub fn sample(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler) -> Option<Next> {
         let (pick, u_part, u) = (sampler.next1(), sampler.next1(), sampler.next2());
         let [by_cones, by_prediction, by_scattering] = self.shares;
-        let w = match &self.prediction {
-            _ if pick < by_cones => self.cones.sample(u_part, u),
-            Some(prediction) if pick < by_cones + by_prediction => prediction.sample(u).0,
+        let w = match (&self.cones, &self.prediction) {
+            (Some(cones), _) if pick < by_cones => cones.sample(u_part, u),
+            (_, Some(prediction)) if pick < by_cones + by_prediction => prediction.sample(u).0,
             _ => {
                 let next = bsdf.sample(wo, u_part, u, Quantity::Radiance)?;
                 if next.delta {
@@ -101,4 +110,12 @@ impl<'a> Guide<'a> {
             delta: false,
         })
     }
+}
+
+/// The cones at `p`; `None` if there are none.
+fn cones(zones: &Zones, p: Vec3, n: Vec3) -> Option<Lent> {
+    if zones.records().is_empty() {
+        return None;
+    }
+    Some(Lent::new(zones.records(), p, n)).filter(|cones| !cones.is_empty())
 }

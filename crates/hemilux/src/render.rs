@@ -103,6 +103,7 @@ pub struct Outcome {
 pub struct Renderer<'a> {
     world: &'a World,
     zones: Option<&'a Zones>,
+    steer: Option<&'a Zones>,
     lens: Lens,
     size: [u32; 2],
     options: RenderOptions,
@@ -140,6 +141,7 @@ impl<'a> Renderer<'a> {
         Renderer {
             world,
             zones,
+            steer: None,
             lens: Lens::new(&world.scene, width, height),
             size: [width, height],
             options,
@@ -167,6 +169,11 @@ impl<'a> Renderer<'a> {
     /// The same with other residuals (mode corrected; see [`crate::residual`] for how large a share pays).
     pub fn with_residual(self, residual: Residual) -> Renderer<'a> {
         Renderer { residual, ..self }
+    }
+
+    /// The same, led by what the particles of `steer` have found instead of those of its own zones; no mean depends on it.
+    pub fn steered(self, steer: &'a Zones) -> Renderer<'a> {
+        Renderer { steer: Some(steer), ..self }
     }
 
     /// The same with another seed.
@@ -370,7 +377,12 @@ impl<'a> Renderer<'a> {
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Rgb {
-        let walker = Walker { zones: self.zones, residual: self.residual, ..Walker::path(self.world) };
+        let walker = Walker {
+            zones: self.zones,
+            steer: self.steer,
+            residual: self.residual,
+            ..Walker::path(self.world)
+        };
         let mut waiting: Vec<(Vec3, Vec3, Option<Surface>, Rgb, u32)> =
             vec![(ray.origin, ray.dir, first, Rgb::WHITE, 0)];
         let mut radiance = Rgb::BLACK;

@@ -42,6 +42,8 @@ pub struct Tally {
     pub gathered: f64,
     /// See `gathered`.
     pub surprise: f64,
+    /// Gather rays, each with its whole chain.
+    pub samples: u64,
     /// The most that one ray of the present gather brought (luminance), and how many rays it had.
     pub(crate) largest: f32,
     pub(crate) gather_rays: u32,
@@ -55,6 +57,7 @@ impl Tally {
     pub(crate) fn brought(&mut self, value: Rgb) {
         self.largest = self.largest.max(value.luminance());
         self.gather_rays += 1;
+        self.samples += 1;
     }
 
     /// The present gather is over: `by_rays` came by gather rays, `whole` in all. Were the strata perfect, every ray would
@@ -261,6 +264,9 @@ impl<'a> Walker<'a> {
             let at = Receiver::surface(&s, on);
             let guide = match going_on {
                 GoingOn::All => self.leads().and_then(|zones| Guide::new(zones, &s, on)),
+                GoingOn::WithoutCaustic => {
+                    self.guide().and_then(|zones| Guide::without_images(zones, &s, on))
+                }
                 _ => None,
             };
             if on.has_non_delta() {

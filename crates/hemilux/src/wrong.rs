@@ -12,12 +12,18 @@ pub enum Wrong {
     Mirrors = 2,
     /// Dielectrics reflect as for s-polarised light.
     Fresnel = 3,
+    /// Cones and predicted field radiance count as 0.9 of their density where strata are balanced.
+    Density = 4,
 }
 
 impl Wrong {
     /// Every mistake by name.
-    pub const ALL: [(&'static str, Wrong); 3] =
-        [("cosine", Wrong::Cosine), ("mirrors", Wrong::Mirrors), ("fresnel", Wrong::Fresnel)];
+    pub const ALL: [(&'static str, Wrong); 4] = [
+        ("cosine", Wrong::Cosine),
+        ("mirrors", Wrong::Mirrors),
+        ("fresnel", Wrong::Fresnel),
+        ("density", Wrong::Density),
+    ];
 }
 
 #[cfg(feature = "wrong-physics")]

@@ -162,6 +162,12 @@ impl<V: Value> Pairs<V> {
         self.sum = self.sum.plus(v);
     }
 
+    /// A variance that is known: k times the square of `v`.
+    pub fn add_variance(&mut self, v: V, k: f64) {
+        self.variance = self.variance.plus(v.each(|x| k * x * x));
+        self.drive += k * v.drive() * v.drive();
+    }
+
     pub fn std_error(&self) -> V {
         self.variance.each(f64::sqrt)
     }

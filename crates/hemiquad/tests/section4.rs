@@ -105,7 +105,8 @@ fn the_same_test_passes_unbiased_methods() {
     let split = check("direct/indirect", 1e-4, 1000, &|i, k, w| {
         DirectIndirect::new(&i.features).integrate(&mut { i }, 256, k, w)
     });
-    assert!(split.rmse < 0.02);
+    // No broad sample falls into the luminaire in most runs, and the interval knows of it; it is no wider than it must be.
+    assert!(split.rmse < 0.02 && split.coverage > 0.95 && split.claimed < 2.0 * split.rmse);
 }
 
 /// The luminaire as an imperfect predictor sees it: k times as wide, off by as much as that allows.

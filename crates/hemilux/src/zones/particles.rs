@@ -122,7 +122,7 @@ impl Finds {
 }
 
 /// Arrivals that are kept for the predicted field radiance.
-pub const MOST_INCIDENCES: usize = 1 << 21;
+pub const MOST_INCIDENCES: usize = 1 << 20;
 /// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
 const RECORDED: f32 = 0.25;
 

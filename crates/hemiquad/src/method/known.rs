@@ -64,6 +64,8 @@ pub(crate) fn choose(regions: &[Region], t: f64, cursor: &mut (usize, f64)) -> O
 struct Outside<'a, 'f, V> {
     f: &'f mut dyn Integrand<V>,
     regions: &'a [Region],
+    /// How many samples fell inside.
+    inside: u32,
 }
 
 impl<V: Value> Integrand<V> for Outside<'_, '_, V> {
@@ -72,9 +74,39 @@ impl<V: Value> Integrand<V> for Outside<'_, '_, V> {
         for (o, p) in out.iter_mut().zip(at) {
             if mixture(self.regions, p.uv).0 > 0 {
                 *o = V::default();
+                self.inside += 1;
             }
         }
     }
+}
+
+/// The broad samples count as zero inside the regions. As long as none of `samples` fell there their spread shows nothing of it, but it
+/// is known: with the rest at its mean, regions of area A in all add (1 - A)A/n times the square of the mean to the variance.
+pub(super) fn holes<V: Value>(regions: &[Region], inside: u32, samples: u32, mean: V, pairs: &mut Pairs<V>) {
+    let area = regions.iter().map(|r| r.shape.area()).sum::<f64>().min(1.0);
+    if inside == 0 && samples > 0 {
+        pairs.add_variance(mean, area * (1.0 - area) / samples as f64);
+    }
+}
+
+/// Broad samples of what lies outside of the regions, at no cost where they fall inside. Returns the number of evaluations.
+pub(super) fn outside<V: Value>(
+    f: &mut dyn Integrand<V>,
+    regions: &[Region],
+    strata: u32,
+    key: Key,
+    work: &mut Workspace<V>,
+    pairs: &mut Pairs<V>,
+) -> u32 {
+    let place = |t: f64| {
+        let p = curve::at(t);
+        (mixture(regions, p).0 == 0).then_some(Placed { uv: p, weight: 1.0, cell: u32::MAX })
+    };
+    let before = pairs.sum;
+    let spent = work.draw.pairs(f, strata, key, place, |v, _| v, pairs);
+    let rest = pairs.sum.minus(before);
+    holes(regions, 2 * strata - spent, 2 * strata, rest, pairs);
+    spent
 }
 
 fn finish<V: Value>(pairs: &Pairs<V>, spent: u32, work: &mut Workspace<V>) -> Estimate<V> {
@@ -170,8 +202,11 @@ impl<V: Value> Method<V> for DirectIndirect<'_> {
             if self.luminaires.is_empty() { 0.0 } else { budget as f64 * self.direct.clamp(0.0, 1.0) };
         let mut spent = self.direct(f, direct, key.with(1), work, &mut pairs);
         let left = (budget.saturating_sub(spent) / 2).max(1);
-        let mut outside = Outside { f, regions: self.luminaires };
+        let mut outside = Outside { f, regions: self.luminaires, inside: 0 };
+        let before = pairs.sum;
         spent += work.draw.pairs(&mut outside, left, key.with(2), whole, |v, _| v, &mut pairs);
+        let rest = pairs.sum.minus(before);
+        holes(self.luminaires, outside.inside, 2 * left, rest, &mut pairs);
         finish(&pairs, spent, work)
     }
 }
@@ -223,18 +258,8 @@ impl<V: Value> Method<V> for ShirleyWang<'_> {
             spent += work.draw.pairs(f, strata, key.with(1), place, |v, _| v, &mut pairs);
         }
         let covered = if strata > 0 { self.luminaires } else { &[] };
-        let rest = |t: f64| {
-            let p = curve::at(t);
-            (mixture(covered, p).0 == 0).then_some(Placed { uv: p, weight: 1.0, cell: u32::MAX })
-        };
-        spent += work.draw.pairs(
-            f,
-            (budget / 2).saturating_sub(strata).max(1),
-            key.with(2),
-            rest,
-            |v, _| v,
-            &mut pairs,
-        );
+        let left = (budget / 2).saturating_sub(strata).max(1);
+        spent += outside(f, covered, left, key.with(2), work, &mut pairs);
         finish(&pairs, spent, work)
     }
 }
@@ -290,11 +315,7 @@ impl<V: Value> Method<V> for KirkArvo<'_> {
         // What falls into a region is known to be none of the rest and costs nothing, so there is room for more.
         let rest = (1.0 - self.regions.iter().map(|r| r.shape.area()).sum::<f64>()).clamp(0.25, 1.0);
         let strata = ((budget.saturating_sub(spent) as f64 / 2.0 / rest) as u32).max(1);
-        let place = |t: f64| {
-            let p = curve::at(t);
-            (mixture(self.regions, p).0 == 0).then_some(Placed { uv: p, weight: 1.0, cell: u32::MAX })
-        };
-        spent += work.draw.pairs(f, strata, key.with(u64::MAX), place, |v, _| v, &mut pairs);
+        spent += outside(f, self.regions, strata, key.with(u64::MAX), work, &mut pairs);
         finish(&pairs, spent, work)
     }
 }

@@ -1,7 +1,7 @@
 //! Adaptive shadow testing: G. Ward, "Adaptive shadow testing for ray tracing", 1991.
 
 use super::draw::Placed;
-use super::known::{Region, mixture};
+use super::known::{Region, mixture, outside};
 use super::{Method, Workspace};
 use crate::curve;
 use crate::estimate::{Estimate, Evaluations, Pairs};
@@ -112,12 +112,8 @@ impl<V: Value> Method<V> for WardShadows<'_> {
             pairs.add_exact(found.times(rest / found_drive));
         }
         work.trained.order = order;
-        let outside = |t: f64| {
-            let p = curve::at(t);
-            (mixture(self.luminaires, p).0 == 0).then_some(Placed { uv: p, weight: 1.0, cell: u32::MAX })
-        };
         let left = (budget.saturating_sub(spent) / 2).max(1);
-        spent += work.draw.pairs(f, left, key.with(u64::MAX), outside, |v, _| v, &mut pairs);
+        spent += outside(f, self.luminaires, left, key.with(u64::MAX), work, &mut pairs);
         let unexplored = work.draw.unexplored();
         let evaluations = Evaluations { pilot: 0, estimate: spent };
         Estimate::new(
