@@ -81,7 +81,7 @@ pub fn rates(
     let [width, height] = renderer.size();
     let mut trial = Film::new(width, height, region);
     let passes = (spp.unwrap_or(0) / RATES_SHARE).max(GROUPS);
-    let renderer = renderer.clone().with_seed(seed ^ 0xada_9);
+    let renderer = renderer.clone().with_seed(seed ^ 0xada9);
     let outcome = renderer.run_range(&mut trial, 0..passes, deadline, cancel, |_, _| ());
     (trial.samples().0 >= GROUPS).then(|| (Rates::of(&trial), outcome.rays))
 }
