@@ -56,7 +56,7 @@ fn random_material(scene: &mut Scene, r: &mut Random) -> MaterialId {
     let alpha = if r.below(2) == 0 { 0.0 } else { r.within(0.02, 0.6) as f32 };
     let rough = || Roughness { u: FloatParam::Constant(alpha), v: FloatParam::Constant(alpha), remap: false };
     let eta = r.within(1.1, 2.0) as f32;
-    let metal = ConductorFresnel::Reflectance(grey.clone());
+    let metal = ConductorFresnel::Reflectance(grey);
     let kind = match r.below(9) {
         0 | 1 => MaterialKind::Conductor { fresnel: metal, roughness: rough() },
         2 => MaterialKind::Dielectric { eta, roughness: rough() },
@@ -68,7 +68,7 @@ fn random_material(scene: &mut Scene, r: &mut Random) -> MaterialId {
             fresnel: metal,
             base_roughness: rough(),
         },
-        6 => MaterialKind::DiffuseTransmission { reflectance: grey.clone(), transmittance: grey, scale: 0.5 },
+        6 => MaterialKind::DiffuseTransmission { reflectance: grey, transmittance: grey, scale: 0.5 },
         _ => MaterialKind::Diffuse { reflectance: grey },
     };
     material(scene, kind)
