@@ -85,7 +85,7 @@ mod tests {
             for (i, p) in tile.pixels.iter_mut().enumerate() {
                 for pass in 0..4u32 {
                     let v = 1.0 + if (i as u32 + pass).is_multiple_of(2) { spread } else { -spread };
-                    p.add(pass, &Sample { radiance: Rgb::splat(v), ..Sample::default() });
+                    p.add(&Sample { radiance: Rgb::splat(v), ..Sample::default() });
                 }
             }
         }

@@ -5,13 +5,6 @@
 //! A film also records which passes cover which tile; [`Film::merge`] refuses coverage that overlaps. Its file form, and
 //! the joining of films of different parts and seeds, are in [`crate::checkpoint`].
 //!
-//!
-//! Samples of one pixel are stratified against one another, so their spread says far too much about the error of their
-//! mean. They are counted in [`GROUPS`] groups (pass modulo their number), each well stratified in itself, and the error is
-//! that of the groups' means. The groups share one sequence, whose parts make up for one another: the error is
-//! over- and not understated (by a third, typically). Groups independent of one another would state it exactly, and
-//! make it larger: 1.65 times the variance at 16 samples in a diffuse room.
-//!
 //! Invariant: a pixel's sample count is the number of passes that cover its tile.
 
 use hemilux_scene::Rgb;
@@ -19,9 +12,8 @@ use std::ops::Range;
 
 /// Tiles are squares of this side (pixels); those at the right and bottom rims are cut.
 pub const TILE: u32 = 16;
-/// Groups of the samples of a pixel; those of pass p belong to group p modulo this.
-pub const GROUPS: u32 = 4;
 const RADIANCE_UNIT: f64 = (1u64 << 60) as f64;
+const SQUARE_UNIT: f64 = (1u64 << 40) as f64;
 const AOV_UNIT: f64 = (1u64 << 24) as f64;
 
 /// What one camera sample contributes.
@@ -40,14 +32,13 @@ pub struct Sample {
 /// Sums over the samples of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pixel {
-    /// Radiance per group and band.
-    sums: [[i128; 3]; GROUPS as usize],
-    /// Samples per group.
-    counts: [u32; GROUPS as usize],
+    sum: [i128; 3],
+    sum_squares: [i128; 3],
     albedo: [i64; 3],
     normal: [i64; 3],
     depth: i64,
     hits: u32,
+    samples: u32,
     rejected: u32,
     /// Bits of the largest luminance of a single sample: for values that are not negative their order is that of floats.
     largest: u32,
@@ -62,14 +53,16 @@ fn fixed_aov(v: f32) -> i64 {
 }
 
 impl Pixel {
-    /// Add the sample of `pass`. A sample that is not finite counts as zero and is remembered as rejected.
-    pub fn add(&mut self, pass: u32, s: &Sample) {
-        let group = (pass % GROUPS) as usize;
-        self.counts[group] += 1;
+    /// Add one sample. A sample that is not finite counts as zero and is remembered as rejected.
+    pub fn add(&mut self, s: &Sample) {
+        self.samples += 1;
         if s.radiance.is_finite() {
             self.largest = self.largest.max(s.radiance.luminance().max(0.0).to_bits());
-            for (c, sum) in self.sums[group].iter_mut().enumerate() {
-                *sum = sum.saturating_add(fixed(s.radiance[c], RADIANCE_UNIT));
+            for c in 0..3 {
+                let v = s.radiance[c];
+                self.sum[c] = self.sum[c].saturating_add(fixed(v, RADIANCE_UNIT));
+                let square = (v as f64 * v as f64 * SQUARE_UNIT) as i128;
+                self.sum_squares[c] = self.sum_squares[c].saturating_add(square);
             }
         } else {
             self.rejected += 1;
@@ -86,27 +79,23 @@ impl Pixel {
 
     pub(crate) fn merge(&mut self, o: &Pixel) {
         self.largest = self.largest.max(o.largest);
-        for (sum, more) in self.sums.as_flattened_mut().iter_mut().zip(o.sums.as_flattened()) {
-            *sum = sum.saturating_add(*more);
-        }
-        for (count, more) in self.counts.iter_mut().zip(o.counts) {
-            *count = count.saturating_add(more);
-        }
         for c in 0..3 {
+            self.sum[c] = self.sum[c].saturating_add(o.sum[c]);
+            self.sum_squares[c] = self.sum_squares[c].saturating_add(o.sum_squares[c]);
             self.albedo[c] = self.albedo[c].saturating_add(o.albedo[c]);
             self.normal[c] = self.normal[c].saturating_add(o.normal[c]);
         }
         self.depth = self.depth.saturating_add(o.depth);
         self.hits = self.hits.saturating_add(o.hits);
+        self.samples = self.samples.saturating_add(o.samples);
         self.rejected = self.rejected.saturating_add(o.rejected);
     }
 
     /// Append the sums as variable-length integers (zigzag, seven bits a byte): about half their size in memory.
     pub(crate) fn encode(&self, out: &mut Vec<u8>) {
-        let wide = self.sums.as_flattened().iter().copied();
+        let wide = self.sum.iter().chain(&self.sum_squares).copied();
         let narrow = self.albedo.iter().chain(&self.normal).chain([&self.depth]).map(|v| *v as i128);
-        let rest = [self.hits, self.rejected, self.largest];
-        let counts = self.counts.into_iter().chain(rest).map(i128::from);
+        let counts = [self.hits, self.samples, self.rejected, self.largest].map(i128::from);
         for v in wide.chain(narrow).chain(counts) {
             let mut rest = ((v << 1) ^ (v >> 127)) as u128;
             while rest >= 0x80 {
@@ -118,7 +107,7 @@ impl Pixel {
     }
 
     /// Fewest bytes of an encoded pixel.
-    pub(crate) const LEAST_BYTES: usize = 4 * GROUPS as usize + 10;
+    pub(crate) const LEAST_BYTES: usize = 17;
 
     /// Take one encoded pixel off the front of `bytes`; `None` if there is none.
     pub(crate) fn decode(bytes: &mut &[u8]) -> Option<Pixel> {
@@ -138,13 +127,13 @@ impl Pixel {
             }
         };
         let mut p = Pixel::default();
-        for v in p.sums.as_flattened_mut() {
+        for v in p.sum.iter_mut().chain(&mut p.sum_squares) {
             *v = next()?;
         }
         for v in p.albedo.iter_mut().chain(&mut p.normal).chain([&mut p.depth]) {
             *v = i64::try_from(next()?).ok()?;
         }
-        for v in p.counts.iter_mut().chain([&mut p.hits, &mut p.rejected, &mut p.largest]) {
+        for v in [&mut p.hits, &mut p.samples, &mut p.rejected, &mut p.largest] {
             *v = u32::try_from(next()?).ok()?;
         }
         Some(p)
@@ -157,7 +146,7 @@ impl Pixel {
 
     /// Number of camera samples.
     pub fn samples(&self) -> u32 {
-        self.counts.iter().fold(0, |all, n| all.saturating_add(*n))
+        self.samples
     }
 
     /// Samples that were not finite.
@@ -167,38 +156,35 @@ impl Pixel {
 
     /// Mean radiance per band.
     pub fn mean(&self) -> Rgb {
-        let n = self.samples().max(1) as f64;
-        let sum = |c: usize| self.sums.iter().fold(0i128, |all, group| all.saturating_add(group[c]));
-        Rgb([0, 1, 2].map(|c| (sum(c) as f64 / RADIANCE_UNIT / n) as f32))
+        let n = self.samples.max(1) as f64;
+        Rgb(self.sum.map(|s| (s as f64 / RADIANCE_UNIT / n) as f32))
     }
 
-    /// Standard error of the mean per band, from the spread of the means of the groups that have samples, weighted by their
-    /// number; 0 with fewer than two of them. Three degrees of freedom at most: for one pixel it is rough, over many it is right.
+    /// Standard error of the mean per band, from the spread of the samples; 0 with fewer than two.
+    /// Samples of one pixel are stratified against one another, so this tends to overstate.
     pub fn standard_error(&self) -> Rgb {
-        let n = self.samples() as f64;
-        let groups = self.counts.iter().filter(|k| **k > 0).count() as f64;
-        if groups < 2.0 {
+        let n = self.samples as f64;
+        if n < 2.0 {
             return Rgb::BLACK;
         }
-        let of = |c: usize| {
-            let sum: f64 = self.sums.iter().map(|s| s[c] as f64 / RADIANCE_UNIT).sum();
-            // (count × (mean of group − mean))², summed.
-            let deviation = |s: &[i128; 3], k: u32| s[c] as f64 / RADIANCE_UNIT - k as f64 * (sum / n);
-            let squares: f64 = self.sums.iter().zip(self.counts).map(|(s, k)| deviation(s, k).powi(2)).sum();
-            (squares * groups / (groups - 1.0)).sqrt() / n
-        };
-        Rgb([0, 1, 2].map(|c| of(c) as f32))
+        let mut out = [0f32; 3];
+        for (c, out) in out.iter_mut().enumerate() {
+            let mean = self.sum[c] as f64 / RADIANCE_UNIT / n;
+            let square = self.sum_squares[c] as f64 / SQUARE_UNIT / n;
+            *out = ((square - mean * mean).max(0.0) / (n - 1.0)).sqrt() as f32;
+        }
+        Rgb(out)
     }
 
     /// Mean directional albedo of the first visible point.
     pub fn albedo(&self) -> Rgb {
-        let n = self.samples().max(1) as f64;
+        let n = self.samples.max(1) as f64;
         Rgb(self.albedo.map(|v| (v as f64 / AOV_UNIT / n) as f32))
     }
 
     /// Mean shading normal of the first visible point (not renormalised).
     pub fn normal(&self) -> [f32; 3] {
-        let n = self.samples().max(1) as f64;
+        let n = self.samples.max(1) as f64;
         self.normal.map(|v| (v as f64 / AOV_UNIT / n) as f32)
     }
 
@@ -443,12 +429,12 @@ mod tests {
     fn any_order_and_grouping_gives_the_same_bits() {
         let v = values();
         let mut forward = Pixel::default();
-        v.iter().zip(0..).for_each(|(&x, pass)| forward.add(pass, &sample(x)));
+        v.iter().for_each(|&x| forward.add(&sample(x)));
         let mut backward = Pixel::default();
-        v.iter().zip(0..v.len() as u32).rev().for_each(|(&x, pass)| backward.add(pass, &sample(x)));
+        v.iter().rev().for_each(|&x| backward.add(&sample(x)));
         assert_eq!(forward, backward);
         let mut parts = [Pixel::default(); 3];
-        v.iter().zip(0..).for_each(|(&x, pass)| parts[pass as usize % 3].add(pass, &sample(x)));
+        v.iter().enumerate().for_each(|(i, &x)| parts[i % 3].add(&sample(x)));
         let mut joined = parts[2];
         joined.merge(&parts[0]);
         joined.merge(&parts[1]);
@@ -462,24 +448,17 @@ mod tests {
     #[test]
     fn mean_and_error_are_those_of_the_samples() {
         let mut p = Pixel::default();
-        [1.0, 2.0, 3.0, 6.0].iter().zip(0..).for_each(|(&x, pass)| p.add(pass, &sample(x)));
+        [1.0, 2.0, 3.0, 6.0].iter().for_each(|&x| p.add(&sample(x)));
         assert_eq!(p.mean()[0], 3.0);
         // Sample variance 14/3, divided by n = 4.
         assert!((p.standard_error()[0] - (14.0f32 / 3.0 / 4.0).sqrt()).abs() < 1e-6);
-        // Samples that balance within every group leave no error, however far apart they are: they are not independent.
-        [3.0 + 2.0, 3.0 + 1.0, 3.0, 3.0 - 3.0].iter().zip(4..).for_each(|(&x, pass)| p.add(pass, &sample(x)));
-        assert_eq!((p.mean()[0], p.standard_error()[0], p.samples()), (3.0, 0.0, 8));
-        // Groups of unequal size: (2 (3 − m))² three times and (3 (3.2 − m))² with m = 3 + 0.6 / 9.
-        p.add(4, &sample(3.6));
-        let (a, b) = ((2.0f32 * 0.6 / 9.0).powi(2) * 3.0, (3.0 * (0.2 - 0.6 / 9.0f32)).powi(2));
-        assert!((p.standard_error()[0] - ((a + b) * 4.0 / 3.0).sqrt() / 9.0).abs() < 1e-6);
     }
 
     #[test]
     fn a_sample_that_is_not_finite_is_counted_and_left_out() {
         let mut p = Pixel::default();
-        p.add(0, &sample(2.0));
-        p.add(1, &sample(f32::NAN));
+        p.add(&sample(2.0));
+        p.add(&sample(f32::NAN));
         assert_eq!((p.samples(), p.rejected()), (2, 1));
         assert_eq!(p.mean()[0], 1.0);
     }
@@ -487,9 +466,9 @@ mod tests {
     #[test]
     fn pixels_are_read_back_as_they_were_written() {
         let mut p = Pixel::default();
-        [1.0, -2.5e30, 3e-20, 1e38, 0.0].iter().zip(0..).for_each(|(&x, pass)| p.add(pass, &sample(x)));
-        p.add(5, &sample(f32::NAN));
-        p.sums[1] = [i128::MAX, i128::MIN, -1];
+        [1.0, -2.5e30, 3e-20, 1e38, 0.0].iter().for_each(|&x| p.add(&sample(x)));
+        p.add(&sample(f32::NAN));
+        p.sum_squares = [i128::MAX, i128::MIN, -1];
         let mut bytes = Vec::new();
         for q in [Pixel::default(), p] {
             bytes.clear();

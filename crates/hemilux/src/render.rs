@@ -308,7 +308,7 @@ impl<'a> Renderer<'a> {
             let pixel = y as u64 * width as u64 + x as u64;
             let several = self.world.hints.samples(x, y, self.size);
             for pass in passes.clone() {
-                tile.pixels[i as usize].add(pass, &self.pixel([x, y], pixel, pass, several, &mut tally));
+                tile.pixels[i as usize].add(&self.pixel([x, y], pixel, pass, several, &mut tally));
             }
         }
         for (sum, part) in self.surprise.iter().zip([tally.gathered, tally.surprise]) {

@@ -35,7 +35,7 @@ fn rendered(seed: u64, region: [u32; 4], passes: std::ops::Range<u32>) -> FilmFi
             for pass in passes.clone() {
                 let key = Key::new(seed).with((y * 50 + x) as u64).with(pass as u64);
                 let radiance = Rgb([0, 1, 2].map(|c| key.uniform(c) * 1e3f32.powf(key.uniform(9))));
-                tile.pixels[i as usize].add(pass, &Sample { radiance, ..Sample::default() });
+                tile.pixels[i as usize].add(&Sample { radiance, ..Sample::default() });
             }
         }
         tile.cover(passes.clone()).unwrap();

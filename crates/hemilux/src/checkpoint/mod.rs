@@ -29,7 +29,7 @@ pub use join::{JoinError, join};
 
 const MAGIC: &[u8; 8] = b"HLXFILM\n";
 /// Version of the layout.
-const VERSION: u32 = 2;
+const VERSION: u32 = 1;
 /// Version of the program: other versions may draw other samples.
 const PROGRAM: &str = if cfg!(feature = "wrong-physics") {
     concat!(env!("CARGO_PKG_VERSION"), " with wrong physics")
