@@ -24,7 +24,7 @@ arguments.add_argument("scenes", nargs="*")
 options = arguments.parse_args()
 OURS = ["varnish", "mirror-room", "skylight", "dew-pane", "reflector"]
 scenes = options.scenes or [f"scenes/{name}.pbrt" for name in OURS]
-PREPARATION, RENDERING = ("load", "prepare", "zones"), ("pairs", "pilot", "render")
+PREPARATION, RENDERING = ("load", "prepare", "zones"), ("pairs", "pilot", "rates", "render")
 
 failed = 0
 print("| scene | wall | samples per pixel | preparation | of the rest rendering | |\n|---|---:|---:|---:|---:|---|")

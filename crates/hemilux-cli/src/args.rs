@@ -142,6 +142,9 @@ pub struct RenderArgs {
     /// Typical relative error of a pixel to reach, such as 2%; a pilot decides how many samples that takes, and is thrown away
     #[arg(long, value_name = "E", conflicts_with = "passes")]
     pub target_error: Option<Share>,
+    /// More samples where a pilot, thrown away, finds more noise: numbers by tile, their mean as asked for
+    #[arg(long, conflicts_with = "passes")]
+    pub adaptive: bool,
     /// Only these of the samples of every pixel, A up to but not B: a share of the work of several machines (see merge)
     #[arg(long, value_name = "A..B", conflicts_with = "spp")]
     pub passes: Option<Passes>,

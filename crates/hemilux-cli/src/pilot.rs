@@ -4,6 +4,7 @@
 //! would stay dark (D. Kirk and J. Arvo, "Unbiased sampling techniques for image synthesis", 1991; C. Stein 1945). So the
 //! picture is that of `--spp N` with the N that the pilot found, bit for bit.
 
+use hemilux::adaptive::Rates;
 use hemilux::film::Film;
 use hemilux::render::Renderer;
 use std::sync::atomic::AtomicBool;
@@ -17,6 +18,10 @@ const LEAST: u32 = 16;
 const SHARE: u32 = 6;
 /// Passes are planned for this part of the target, so that the picture seldom misses it.
 const MARGIN: f64 = 0.93;
+/// Part of the samples that decides on their numbers by tile, ...
+const RATES_SHARE: u32 = 16;
+/// ... and the fewest that do.
+const RATES_LEAST: u32 = 4;
 /// No more samples per pixel than this.
 const MOST: f64 = 1e6;
 
@@ -64,4 +69,21 @@ pub fn pilot(
         (passes, spent) = (better, all);
     }
     Some(Pilot { passes, spent, rays })
+}
+
+/// Numbers of samples by tile, from a pilot of other random numbers, and its rays; `None` if there was no time for one.
+pub fn rates(
+    renderer: &Renderer,
+    region: [u32; 4],
+    seed: u64,
+    spp: Option<u32>,
+    deadline: Option<Instant>,
+    cancel: &AtomicBool,
+) -> Option<(Rates, u64)> {
+    let [width, height] = renderer.size();
+    let mut trial = Film::new(width, height, region);
+    let passes = (spp.unwrap_or(0) / RATES_SHARE).max(RATES_LEAST);
+    let renderer = renderer.clone().with_seed(seed ^ 0xada9);
+    let outcome = renderer.run_range(&mut trial, 0..passes, deadline, cancel, |_, _| ());
+    (trial.samples().0 >= RATES_LEAST).then(|| (Rates::of(&trial), outcome.rays))
 }

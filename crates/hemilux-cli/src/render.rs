@@ -128,6 +128,19 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         }
     }
 
+    if args.adaptive {
+        progress.stage("rates");
+        let until = deadline.map(|d| Instant::now() + d.saturating_duration_since(Instant::now()) / 10);
+        let (seed, spp) = (plan.options.seed, plan.budget.spp);
+        match pilot::rates(&renderer, plan.region, seed, spp, until, interrupt.flag()) {
+            Some((rates, rays)) => {
+                pilot_rays += rays;
+                renderer = renderer.with_rates(rates);
+            }
+            None => progress.remark("no time to find out where samples are needed".into()),
+        }
+    }
+
     progress.stage("render");
     let source = Source {
         seed: plan.options.seed,
@@ -177,7 +190,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         let what = kept.map_or("nothing is written".into(), |k| format!("no picture is written, only {k}"));
         return Err(Interrupt::failure(&format!("before the first pass; {what}")));
     }
-    let short = stopped_short(&plan, samples, late, error);
+    let short = stopped_short(&plan, samples, outcome.complete, late, error);
     (run.samples, run.rays, run.error, run.time) = (samples, rays, error, begin.elapsed());
     run.surprise = renderer.surprise();
     run.stopped = if interrupt.asked() { Some("interrupted".to_owned()) } else { short.clone() };
@@ -336,7 +349,13 @@ fn warn_rejected(talk: &Talk, rejected: u64) {
 }
 
 /// Why the target was not reached, if it was not.
-fn stopped_short(plan: &Plan, samples: Samples, late: bool, error: Option<f32>) -> Option<String> {
+fn stopped_short(
+    plan: &Plan,
+    samples: Samples,
+    complete: bool,
+    late: bool,
+    error: Option<f32>,
+) -> Option<String> {
     if let Some(target) = plan.budget.error
         && error.is_none_or(|e| e as f64 > target)
     {
@@ -347,7 +366,7 @@ fn stopped_short(plan: &Plan, samples: Samples, late: bool, error: Option<f32>) 
         ));
     }
     match (plan.budget.spp, plan.budget.time) {
-        (Some(spp), Some(time)) if samples.least < spp => Some(format!(
+        (Some(spp), Some(time)) if !complete => Some(format!(
             "stopped by --time {} at {} of {spp} samples per pixel",
             seconds(time),
             samples.count()

@@ -123,3 +123,34 @@ fn corrected_runs_go_on_with_their_share() {
     assert_eq!(other.code, 1);
     assert!(other.err.contains("share of residuals"), "{}", other.err);
 }
+
+/// Numbers of samples by tile: their mean is what was asked for, they differ, every sample is that of the even picture (so a
+/// film goes on from one to the other), and the picture's mean stays.
+#[test]
+fn adaptive_numbers_of_samples_keep_their_mean() {
+    let b = Bench::new();
+    let run = |words: &[&str]| {
+        let run = b.run(&[&["render", "room.pbrt", "--mode", "path", "--size", "64x48"], words].concat());
+        assert_eq!(run.code, 0, "{}", run.err);
+    };
+    run(&["--spp", "32", "--adaptive", "-o", "a.exr", "--report", "a.json", "--checkpoint", "a.hlxf"]);
+    run(&["--spp", "32", "-o", "even.exr", "--report", "even.json"]);
+    let (image, even) = (b.image("a.exr"), b.image("even.exr"));
+    let samples = image.channel("samples.N").unwrap();
+    let mean = samples.iter().map(|n| *n as f64).sum::<f64>() / samples.len() as f64;
+    assert!((mean / 32.0 - 1.0).abs() < 0.05, "{mean}");
+    let counts = &report(&b, "a.json")["noise"]["samples_per_pixel"];
+    let (least, most) = (counts["least"].as_u64().unwrap(), counts["most"].as_u64().unwrap());
+    assert!(least < 32 && most > 32, "{counts}");
+    let of = |name: &str, key: &str| report(&b, name)["noise"][key].as_f64().unwrap();
+    let (m, e) = (of("a.json", "mean_luminance"), of("even.json", "mean_luminance"));
+    let error =
+        of("a.json", "relative_error_of_the_mean").hypot(of("even.json", "relative_error_of_the_mean"));
+    assert!((m / e - 1.0).abs() < 4.4 * error, "{m} {e} {error}");
+    assert_eq!(even.channel("samples.N").unwrap().iter().copied().fold(0.0, f32::max), 32.0);
+    // Where a tile happens to have more, going on evenly to that number gives the even picture.
+    let most = most.to_string();
+    run(&["--spp", &most, "--resume", "a.hlxf", "-o", "on.exr"]);
+    run(&["--spp", &most, "-o", "whole.exr"]);
+    assert_eq!(pixels(&b.image("on.exr")), pixels(&b.image("whole.exr")));
+}

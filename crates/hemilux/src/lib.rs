@@ -8,6 +8,7 @@
 //! residuals that take the bias away), `path` (the unbiased reference, [`transport`] without zones) and `zones` (the zonal
 //! solution as one sees it).
 
+pub mod adaptive;
 pub mod bsdf;
 pub mod check;
 pub mod checkpoint;

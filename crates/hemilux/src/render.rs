@@ -1,8 +1,9 @@
 //! Driving a render: tiles in parallel, pass after pass, until the budget is spent.
 //!
-//! A pass is one camera sample per pixel. Every sample is a function of (scene, options, seed, pixel, pass) alone, so
+//! A pass is one camera sample per pixel, or as many as [`crate::adaptive`] gives a tile. Every sample is a function of (scene, options, seed, pixel, pass) alone, so
 //! the picture is the same for any number of threads; every tile ends at a pass boundary, where a run may be stopped.
 
+use crate::adaptive::Rates;
 use crate::film::{Film, Sample, Tile};
 use crate::gather::{GatherPlan, gather};
 use crate::residual::{Study, study};
@@ -93,6 +94,8 @@ pub struct Outcome {
     pub rays: u64,
     /// Whether it was cancelled.
     pub cancelled: bool,
+    /// Whether every tile has all passes that were asked for.
+    pub complete: bool,
 }
 
 /// A renderer of one picture.
@@ -105,6 +108,8 @@ pub struct Renderer<'a> {
     size: [u32; 2],
     options: RenderOptions,
     residual: Residual,
+    /// Samples per pixel and pass by tile of the film; `None`: one.
+    rates: Option<Arc<Rates>>,
     /// Luminance gathered and the part of it that came as surprise, in units of 2⁻¹⁶: integers, so that no order shows.
     surprise: Arc<[AtomicU64; 2]>,
 }
@@ -141,8 +146,24 @@ impl<'a> Renderer<'a> {
             size: [width, height],
             options,
             residual,
+            rates: None,
             surprise: Default::default(),
         }
+    }
+
+    /// The same with other numbers of samples by tile, for films whose tiles are those of the film that decided them.
+    pub fn with_rates(self, rates: Rates) -> Renderer<'a> {
+        Renderer { rates: Some(Arc::new(rates)), ..self }
+    }
+
+    /// The first pass from `from` on that some tile of `film` lacks.
+    fn first_missing(&self, film: &Film, from: u32) -> u32 {
+        let Some(rates) = &self.rates else { return film.first_missing(from) };
+        let of = |(i, t): (usize, &Tile)| {
+            let begin = rates.samples(i, from..from).start;
+            t.missing(begin..u32::MAX).first().map_or(u32::MAX, |r| rates.pass(i, r.start))
+        };
+        film.tiles().iter().enumerate().map(of).min().unwrap_or(u32::MAX)
     }
 
     /// The same with other residuals (mode corrected; see [`crate::residual`] for how large a share pays).
@@ -203,7 +224,7 @@ impl<'a> Renderer<'a> {
         let rays = AtomicU64::new(0);
         let tiles = film.tiles().len();
         let least = rayon::current_num_threads().clamp(1, tiles.max(1));
-        let first = film.first_missing(range.start);
+        let first = self.first_missing(film, range.start);
         let (mut next, mut at, mut done, mut work) = (first, 0usize, 0u64, Duration::ZERO);
         let (mut error, mut error_at) = (None, first);
         while next < range.end && !cancel.load(Ordering::Relaxed) {
@@ -227,7 +248,7 @@ impl<'a> Renderer<'a> {
             at += count;
             if at >= tiles {
                 at = 0;
-                next = film.first_missing(next);
+                next = self.first_missing(film, next);
                 if next >= error_at {
                     error = film.relative_error();
                     error_at = next.saturating_add((next - first).div_ceil(4));
@@ -252,6 +273,7 @@ impl<'a> Renderer<'a> {
             passes: next.min(range.end).saturating_sub(first),
             rays: rays.load(Ordering::Relaxed),
             cancelled: cancel.load(Ordering::Relaxed) && next < range.end,
+            complete: next >= range.end,
         }
     }
 
@@ -264,8 +286,13 @@ impl<'a> Renderer<'a> {
     fn tiles(&self, film: &mut Film, tiles: Range<usize>, passes: Range<u32>, rays: &AtomicU64) {
         let (width, height) = (film.width(), film.height());
         debug_assert!(width > 0 && height > 0);
-        film.tiles_mut()[tiles].par_iter_mut().for_each(|tile| {
-            for gap in tile.missing(passes.clone()) {
+        let from = tiles.start;
+        film.tiles_mut()[tiles].par_iter_mut().enumerate().for_each(|(i, tile)| {
+            let samples = match &self.rates {
+                Some(rates) => rates.samples(from + i, passes.clone()),
+                None => passes.clone(),
+            };
+            for gap in tile.missing(samples) {
                 let n = self.tile(tile, width, gap.clone());
                 rays.fetch_add(n, Ordering::Relaxed);
                 // A gap is what the tile lacks, so this cannot fail.

@@ -161,12 +161,15 @@ const ALL: &[(&str, &[Cases])] = &[
             luminaires::polygons,
             luminaires::form_factors_of_points,
             luminaires::form_factors_of_rectangles,
+            luminaires::a_luminaire_in_a_coordinate_plane_does_not_hide_itself,
         ],
     ),
     (
         "8.3 furnace and energy",
         &[
             furnace::white_furnace_of_every_material,
+            furnace::white_furnace_in_every_mode,
+            furnace::rough_metal_reflects_what_ward_says,
             furnace::an_emitting_sphere,
             furnace::a_lamp_at_the_centre_of_a_sphere,
             furnace::concentric_spheres,

@@ -1,0 +1,217 @@
+//! A soak: random rooms, rendered in every mode, until the time is over. Nothing may panic or hang, and modes path and
+//! corrected must agree.
+//!
+//!     cargo run --release -p hemilux --example soak -- [minutes=30] [seed=1] [only=SEED]
+//!
+//! A room has random albedos, up to eight balls, boxes and panes of random materials (mirrors, glass and varnish of random
+//! roughness among them) that may intersect walls and one another, up to four luminaires of random size and power, now
+//! and then a sky, and a camera anywhere in it. For each scene: eight independent pictures by each of path, corrected and
+//! zonal; z of the mean luminance of corrected against path (Welch), and the zones' bias. Paths seldom meet small images,
+//! so where z is large the medians of the pictures are printed too. A scene that takes more than a minute of wall time
+//! ends the soak, by a watchdog, with exit code 3; panics are caught, counted and end it with exit code 1.
+
+use hemilux::film::Film;
+use hemilux::gather::{GatherPlan, Strategy};
+use hemilux::render::{Mode, RenderOptions, Renderer};
+use hemilux::validate::scenes::{cuboid, diffuse, emission, empty, material, quad, sphere};
+use hemilux::world::World;
+use hemilux::zones::{ZoneOptions, Zones};
+use hemilux_scene::geom::{DAffine3, DVec3};
+use hemilux_scene::*;
+use hemiquad::points::Key;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+const SIDE: u32 = 16;
+const PICTURES: u64 = 8;
+/// Wall time for one scene.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Random numbers in the order they are asked for.
+struct Random(Key, u32);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.1 += 1;
+        self.0.uniform64(self.1)
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn below(&mut self, n: u32) -> u32 {
+        ((self.next() * n as f64) as u32).min(n - 1)
+    }
+
+    /// Spread evenly over orders of magnitude.
+    fn scale(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.next())
+    }
+}
+
+fn random_material(scene: &mut Scene, r: &mut Random) -> MaterialId {
+    let grey = RgbParam::Constant(Rgb([0; 3].map(|_| r.next() as f32)));
+    let alpha = if r.below(2) == 0 { 0.0 } else { r.within(0.02, 0.6) as f32 };
+    let rough = || Roughness { u: FloatParam::Constant(alpha), v: FloatParam::Constant(alpha), remap: false };
+    let eta = r.within(1.1, 2.0) as f32;
+    let metal = ConductorFresnel::Reflectance(grey);
+    let kind = match r.below(9) {
+        0 | 1 => MaterialKind::Conductor { fresnel: metal, roughness: rough() },
+        2 => MaterialKind::Dielectric { eta, roughness: rough() },
+        3 => MaterialKind::ThinDielectric { eta },
+        4 => MaterialKind::CoatedDiffuse { reflectance: grey, eta, roughness: rough() },
+        5 => MaterialKind::CoatedConductor {
+            eta,
+            coat_roughness: rough(),
+            fresnel: metal,
+            base_roughness: rough(),
+        },
+        6 => MaterialKind::DiffuseTransmission { reflectance: grey, transmittance: grey, scale: 0.5 },
+        _ => MaterialKind::Diffuse { reflectance: grey },
+    };
+    material(scene, kind)
+}
+
+fn room(seed: u64) -> Scene {
+    let r = &mut Random(Key::new(seed).with(0x50a1c), 0);
+    let mut scene = empty();
+    let size = [r.within(1.0, 8.0), r.within(1.0, 8.0), r.within(1.0, 4.0)];
+    let wall = diffuse(&mut scene, r.within(0.0, 0.9) as f32);
+    let at = |r: &mut Random| [0, 1, 2].map(|i| size[i] * r.next());
+    let low = |p: [f64; 3], s: f64| p.map(|x| (x - s) as f32);
+    cuboid(&mut scene, [0.0; 3], size.map(|s| s as f32), true, wall);
+    for _ in 0..r.below(9) {
+        let m = random_material(&mut scene, r);
+        let (p, s) = (at(r), r.scale(0.02, 1.0));
+        match r.below(3) {
+            0 => sphere(&mut scene, p, s, r.below(4) == 0, m, None),
+            1 => cuboid(&mut scene, low(p, s), low(p, -s), false, m),
+            _ => {
+                let edge = |r: &mut Random| [0; 3].map(|_| r.within(-s, s) as f32);
+                let (a, b) = (edge(r), edge(r));
+                quad(&mut scene, p.map(|x| x as f32), a, b, m, None);
+            }
+        }
+    }
+    for _ in 0..1 + r.below(4) {
+        let (p, s) = (at(r), r.scale(0.003, 0.5));
+        let light = emission((r.scale(0.1, 100.0) / (s * s)) as f32);
+        let black = diffuse(&mut scene, 0.0);
+        match r.below(2) {
+            0 => sphere(&mut scene, p, s, false, black, light),
+            _ => quad(&mut scene, low(p, 0.0), [0.0, s as f32, 0.0], [s as f32, 0.0, 0.0], black, light),
+        }
+    }
+    if r.below(4) == 0 {
+        scene.environments.push(Environment::Constant { radiance: Rgb::splat(r.next() as f32) });
+    }
+    let eye = DVec3::from(at(r));
+    let forward = (DVec3::from(at(r)) - eye).try_normalize().unwrap_or(DVec3::X);
+    let right = forward.any_orthonormal_vector();
+    scene.camera.to_world = DAffine3::from_cols(right, right.cross(forward), forward, eye);
+    scene.camera.projection = Projection::Perspective { fov: r.within(20.0, 120.0) as f32 };
+    scene
+}
+
+/// Mean luminance of independent pictures.
+fn pictures(world: &World, zones: &Zones, mode: Mode) -> Vec<f64> {
+    let plan = GatherPlan { rays: 8, shadow_rays: 4, strategy: Strategy::default() };
+    let passes = if mode == Mode::Path { 64 } else { 8 };
+    let mean = |seed| {
+        let options = RenderOptions { mode, plan, seed: seed + 100 * mode as u64, max_depth: u32::MAX };
+        let renderer = Renderer::new(world, Some(zones), SIDE, SIDE, options);
+        let mut film = Film::new(SIDE, SIDE, [0, SIDE, 0, SIDE]);
+        renderer.passes(&mut film, 0..passes, &AtomicU64::new(0));
+        let mut sum = 0.0;
+        film.for_each(|_, _, p| sum += p.mean().luminance() as f64);
+        assert!(film.rejected() == 0, "samples that are not finite");
+        sum / (SIDE * SIDE) as f64
+    };
+    (0..PICTURES).map(mean).collect()
+}
+
+/// Mean, its standard error, median.
+fn statistics(values: &[f64]) -> [f64; 3] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    [mean, variance.sqrt(), sorted[values.len() / 2]]
+}
+
+/// z of corrected against path, bias of zonal against corrected, and words for a line.
+fn compare(seed: u64) -> (f64, f64, String) {
+    let world = World::new(room(seed));
+    let zones = Zones::solve(&world, &ZoneOptions { budget: 2000, particles: 1 << 16, seed });
+    let [path, corrected, zonal] =
+        [Mode::Path, Mode::Corrected, Mode::Zonal].map(|mode| statistics(&pictures(&world, &zones, mode)));
+    let z = match path[1].hypot(corrected[1]) {
+        error if error > 1e-6 * path[0] => (corrected[0] - path[0]) / error,
+        _ => 0.0,
+    };
+    let bias = if corrected[0] > 0.0 { zonal[0] / corrected[0] - 1.0 } else { 0.0 };
+    let words = |s: [f64; 3]| format!("{:.5} ± {:.5} (median {:.5})", s[0], s[1], s[2]);
+    (z, bias, format!("path {}, corrected {}, zonal {}", words(path), words(corrected), words(zonal)))
+}
+
+fn main() {
+    let option = |key: &str| {
+        let prefix = format!("{key}=");
+        std::env::args().find_map(|o| o.strip_prefix(&prefix).and_then(|v| v.parse::<f64>().ok()))
+    };
+    let end = Instant::now() + Duration::from_secs_f64(60.0 * option("minutes").unwrap_or(30.0));
+    let first = option("only").or(option("seed")).unwrap_or(1.0) as u64;
+    // Scene and second at which it began.
+    static NOW: [AtomicU64; 2] = [AtomicU64::new(0), AtomicU64::new(0)];
+    let begin = Instant::now();
+    std::thread::spawn(move || {
+        loop {
+            std::thread::sleep(Duration::from_secs(1));
+            let since = begin.elapsed().as_secs().saturating_sub(NOW[1].load(Ordering::Relaxed));
+            if since > LONGEST.as_secs() {
+                eprintln!("scene {} takes longer than {LONGEST:?}", NOW[0].load(Ordering::Relaxed));
+                std::process::exit(3);
+            }
+        }
+    });
+    let (mut scenes, mut panics, mut far, mut slowest, mut biases) = (0u64, 0u64, 0u64, (0.0, 0), Vec::new());
+    for seed in first.. {
+        if scenes > 0 && (Instant::now() >= end || option("only").is_some()) {
+            break;
+        }
+        NOW[0].store(seed, Ordering::Relaxed);
+        NOW[1].store(begin.elapsed().as_secs(), Ordering::Relaxed);
+        let since = Instant::now();
+        match catch_unwind(AssertUnwindSafe(|| compare(seed))) {
+            Ok((z, bias, words)) => {
+                if z.abs() > 4.4 || option("only").is_some() {
+                    println!("scene {seed}: z = {z:+.1}: {words}");
+                }
+                far += (z.abs() > 4.4) as u64;
+                biases.push(bias.abs());
+            }
+            Err(_) => {
+                println!("scene {seed}: PANIC");
+                panics += 1;
+            }
+        }
+        scenes += 1;
+        let took = since.elapsed().as_secs_f64();
+        if took > slowest.0 {
+            slowest = (took, seed);
+        }
+    }
+    biases.sort_by(f64::total_cmp);
+    let at = |share: f64| biases.get((share * (biases.len() as f64 - 1.0)) as usize).copied().unwrap_or(0.0);
+    println!(
+        "{scenes} scenes, {panics} panics, {far} with |z| > 4.4; |zonal / corrected - 1| median {:.4}, 95 % {:.4}; slowest scene {} ({:.1} s)",
+        at(0.5),
+        at(0.95),
+        slowest.1,
+        slowest.0
+    );
+    std::process::exit((panics > 0) as i32);
+}
