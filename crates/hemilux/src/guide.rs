@@ -23,6 +23,10 @@ const BY_CONES: f32 = 0.35;
 /// ... and, of the rest, of the prediction, where there is one.
 const BY_PREDICTION: f32 = 0.5;
 
+/// Where more images than this are listed there are no cones: vertices of paths lie anywhere, so each would expect anew what a
+/// gather shares with its neighbours.
+const MOST_LISTED: usize = 64;
+
 /// The mixture at one vertex.
 pub(crate) struct Guide<'a> {
     /// `None` where there are none.
@@ -117,7 +121,7 @@ impl<'a> Guide<'a> {
 
 /// The cones at `p`; `None` if there are none.
 fn cones(zones: &Zones, p: Vec3, n: Vec3) -> Option<Lent> {
-    if zones.records().is_empty() {
+    if zones.records().is_empty() || zones.records().listed(p, n) > MOST_LISTED {
         return None;
     }
     Some(Lent::new(zones.records(), p, n)).filter(|cones| !cones.is_empty())

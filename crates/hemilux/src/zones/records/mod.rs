@@ -377,6 +377,11 @@ impl Records {
             + self.linears.len() * size_of::<Linear>()
     }
 
+    /// How many images are listed around `p` on a surface that faces unit `n`.
+    pub fn listed(&self, p: Vec3, n: Vec3) -> usize {
+        self.kd.leaf(p, n).map_or(0, |leaf| self.in_cell(leaf).len())
+    }
+
     /// The candidates of a leaf.
     fn in_cell(&self, leaf: usize) -> &[Candidate] {
         &self.candidates[self.first[leaf] as usize..self.first[leaf + 1] as usize]
