@@ -218,7 +218,6 @@ impl<'a> Walker<'a> {
         let Start { mut origin, mut dir, mut arrival, mut depth, .. } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
-        // What decides survival: as if nothing had led the walk. Where cones lead, little weight meets much radiance.
         // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
         // caustic bin holds the same.
         let mut after_chain = Rgb::WHITE;
