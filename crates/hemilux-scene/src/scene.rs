@@ -418,6 +418,23 @@ pub struct Shape {
     pub span: Span,
 }
 
+impl Shape {
+    /// An opaque shape without a name, not turned inside out, that no file gave.
+    #[must_use]
+    pub fn new(geometry: Geometry, material: MaterialId, emission: Option<Emission>) -> Shape {
+        Shape {
+            geometry,
+            material,
+            emission,
+            alpha: None,
+            reverse_orientation: false,
+            flips_handedness: false,
+            name: String::new(),
+            span: Span::default(),
+        }
+    }
+}
+
 /// Emission of an area luminaire. Emits on the side of the geometric normal.
 #[derive(Clone, Debug)]
 pub struct Emission {

@@ -107,7 +107,7 @@ fn visible_points(world: &World, no_chains: &World, wanted: u32) -> Vec<(Vec3, V
         if !world.bsdf(&s).has_diffuse() {
             continue;
         }
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let n = s.facing();
         let p = s.leave(n);
         let plan = GatherPlan { rays: 1, shadow_rays: 64, strategy: Strategy::Sobol };
         let mut sampler = Sampler::new(3, i as u64, 0);

@@ -113,7 +113,7 @@ fn points(world: &World, wanted: usize) -> Vec<(Vec3, Vec3)> {
         let (x, y) = ((u.u * size as f32) as u32, (u.v * size as f32) as u32);
         let ray = lens.ray(x.min(size - 1), y.min(size - 1), [0.5, 0.5], [0.5, 0.5]);
         let s = world.closest(ray.origin, ray.dir, f32::INFINITY)?;
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let n = s.facing();
         world.bsdf(&s).has_diffuse().then(|| (s.leave(n) + n * 1e-4, n))
     });
     met.take(wanted).collect()

@@ -83,16 +83,7 @@ fn matt(scene: &mut Scene, r: f32, g: f32, b: f32) -> MaterialId {
 }
 
 fn add(scene: &mut Scene, geometry: Geometry, material: MaterialId, emission: Option<Emission>) {
-    scene.shapes.push(Shape {
-        geometry,
-        material,
-        emission,
-        alpha: None,
-        reverse_orientation: false,
-        flips_handedness: false,
-        name: String::new(),
-        span: Span::default(),
-    });
+    scene.shapes.push(Shape::new(geometry, material, emission));
 }
 
 fn add_mesh(scene: &mut Scene, mesh: Mesh, to: DAffine3, material: MaterialId) {

@@ -101,7 +101,7 @@ impl<'a> Broad<'a> {
             }
         }
         let Some(zones) = steer else { return broad };
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let n = s.facing();
         broad.prediction = zones.field().near(s.p, n);
         if let Some(prediction) = &broad.prediction {
             let same = prediction.normal().dot(if s.is_front(s.wo) { s.frame.n } else { -s.frame.n })
@@ -135,7 +135,7 @@ pub fn gather(
     let broad = Broad::new(steer, s, bsdf, wo, plan.rays);
     let cones = match steer {
         Some(zones) if !zones.records().is_empty() => {
-            let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+            let n = s.facing();
             Lent::new(zones.records(), s.p, n)
         }
         _ => Lent::none(),

@@ -55,20 +55,13 @@ impl<'a> Guide<'a> {
     /// What `zones` know at `s`, which scatters by `bsdf`; `None` where nothing leads anywhere: nothing diffuse, or no
     /// particle was near.
     pub fn new(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Guide<'a>> {
-        if !bsdf.has_diffuse() {
-            return None;
-        }
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        Guide::of(zones.field().near(s.p, n), cones(zones, s.p, n))
+        let n = s.facing();
+        if bsdf.has_diffuse() { Guide::of(zones.field().near(s.p, n), cones(zones, s.p, n)) } else { None }
     }
 
     /// The same without cones: for vertices whose images something else brings.
     pub fn without_images(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Guide<'a>> {
-        if !bsdf.has_diffuse() {
-            return None;
-        }
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
-        Guide::of(zones.field().near(s.p, n), None)
+        if bsdf.has_diffuse() { Guide::of(zones.field().near(s.p, s.facing()), None) } else { None }
     }
 
     fn of(prediction: Option<Prediction<'a>>, cones: Option<Lent>) -> Option<Guide<'a>> {

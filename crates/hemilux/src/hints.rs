@@ -15,7 +15,8 @@
 use crate::world::luminaire::Receiver;
 use crate::world::{World, emitter_points::shape_ball};
 use crate::zones::aim::{Aim, Start, Trial};
-use hemilux_scene::geom::{DAffine3, Frame, Vec3};
+use crate::zones::records::direction_in_cone;
+use hemilux_scene::geom::{DAffine3, Vec3};
 use hemilux_scene::hints as given;
 pub use hemilux_scene::hints::{Ball, CriterionHint};
 use hemiquad::points::Key;
@@ -349,10 +350,7 @@ pub struct LookCone {
 impl LookCone {
     /// A direction, even over the cone.
     pub fn sample(&self, u: [f32; 2]) -> Vec3 {
-        let x = u[0] * self.height;
-        let sin = (x * (2.0 - x)).max(0.0).sqrt();
-        let (s, c) = (2.0 * PI * u[1]).sin_cos();
-        Frame::from_normal(self.axis).to_world(Vec3::new(sin * c, sin * s, 1.0 - x)).normalize()
+        direction_in_cone(self.axis, self.height, u)
     }
 
     /// Unit axis and 1 − cos of the half-angle.

@@ -241,7 +241,7 @@ pub fn virtual_cones(zones: &Zones, s: &Surface, into: &mut Vec<(Vec3, f32, f32)
     if zones.records().is_empty() {
         return;
     }
-    let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+    let n = s.facing();
     into.extend(Cones::new(zones.records(), s.p, n).iter());
     into.sort_by(|a, b| b.2.total_cmp(&a.2));
 }

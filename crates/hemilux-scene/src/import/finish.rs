@@ -343,19 +343,12 @@ fn default_film() -> Film {
 /// A sphere of the same intensity: I = L π r².
 fn sphere_of(light: &PointLight, radius: f64, material: MaterialId) -> Shape {
     let radiance = light.intensity * (1.0 / (PI * radius * radius)) as f32;
-    Shape {
-        geometry: Geometry::Quadric(
-            Quadric::Sphere { radius, z_min: -radius, z_max: radius, phi_max: TAU },
-            DAffine3::from_translation(light.position),
-        ),
-        material,
-        emission: Some(Emission { radiance, image: None, two_sided: false, profile: light.profile.clone() }),
-        alpha: None,
-        reverse_orientation: false,
-        flips_handedness: false,
-        name: String::new(),
-        span: light.span,
-    }
+    let geometry = Geometry::Quadric(
+        Quadric::Sphere { radius, z_min: -radius, z_max: radius, phi_max: TAU },
+        DAffine3::from_translation(light.position),
+    );
+    let emission = Emission { radiance, image: None, two_sided: false, profile: light.profile.clone() };
+    Shape { span: light.span, ..Shape::new(geometry, material, Some(emission)) }
 }
 
 /// A mesh under a transform that keeps its faces on their side.

@@ -37,7 +37,7 @@ pub fn draws(
     let wo = s.frame.to_local(s.wo);
     let steer = walker.guide().filter(|_| plan.strategy == super::Strategy::Adaptive);
     let broad = Broad::new(steer, s, bsdf, wo, plan.rays);
-    let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+    let n = s.facing();
     let cones = steer.map_or_else(Cones::none, |zones| Cones::new(zones.records(), s.p, n));
     let cone_rays = cone_rays(&cones, plan);
     let receiver = Receiver::surface(s, bsdf);

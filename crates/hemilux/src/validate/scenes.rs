@@ -61,16 +61,7 @@ pub fn emission(radiance: f32) -> Option<Emission> {
 
 /// Add a shape.
 pub fn shape(scene: &mut Scene, geometry: Geometry, material: MaterialId, emission: Option<Emission>) {
-    scene.shapes.push(Shape {
-        geometry,
-        material,
-        emission,
-        alpha: None,
-        reverse_orientation: false,
-        flips_handedness: false,
-        name: String::new(),
-        span: Span::default(),
-    });
+    scene.shapes.push(Shape::new(geometry, material, emission));
 }
 
 /// A mesh with normals at its vertices (or none).

@@ -66,6 +66,12 @@ impl Surface {
         self.ng.dot(w) > 0.0
     }
 
+    /// The geometric normal on the side that the ray came from.
+    #[inline]
+    pub fn facing(&self) -> Vec3 {
+        if self.is_front(self.wo) { self.ng } else { -self.ng }
+    }
+
     /// Origin for a ray that leaves towards `w`.
     #[inline]
     pub fn leave(&self, w: Vec3) -> Vec3 {

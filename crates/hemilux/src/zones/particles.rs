@@ -226,7 +226,7 @@ impl Deposits {
 
     /// What an arrival counts when emission is aimed.
     fn worth(&self, s: &Surface, bin: Bin) -> f32 {
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let n = s.facing();
         let seen = self.sight.as_ref().is_none_or(|sight| sight.sees(s.p, n));
         let worth = if seen { 1.0 } else { UNSEEN_USE };
         if bin == Bin::Caustic { CHAIN_USE * worth } else { worth }
@@ -460,7 +460,7 @@ impl Source {
 impl Finds {
     /// An arrival at `s` of `flux` (luminance) from `source` after `bounce` scatterings.
     fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
-        let n = if s.is_front(s.wo) { s.ng } else { -s.ng };
+        let n = s.facing();
         let recorded = source.known && source.radius < LARGE * (s.t + source.length);
         let weight = if recorded { RECORDED } else { 1.0 };
         self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });

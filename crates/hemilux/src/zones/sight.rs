@@ -60,7 +60,7 @@ impl Sight {
             let Some(s) = world.closest(origin, dir, f32::INFINITY) else { return };
             let bsdf = world.bsdf(&s);
             if bsdf.has_non_delta() {
-                let index = self.index(s.p, if s.is_front(s.wo) { s.ng } else { -s.ng });
+                let index = self.index(s.p, s.facing());
                 self.seen[index] = true;
             }
             let (u_lobe, u) = (key.uniform(2 * d), key.uniform2(2 * d + 1));

@@ -69,16 +69,7 @@ pub fn emission(radiance: f32) -> Option<Emission> {
 }
 
 pub fn shape(scene: &mut Scene, geometry: Geometry, material: MaterialId, emission: Option<Emission>) {
-    scene.shapes.push(Shape {
-        geometry,
-        material,
-        emission,
-        alpha: None,
-        reverse_orientation: false,
-        flips_handedness: false,
-        name: String::new(),
-        span: Span::default(),
-    });
+    scene.shapes.push(Shape::new(geometry, material, emission));
 }
 
 /// A parallelogram with normal e1 × e2.

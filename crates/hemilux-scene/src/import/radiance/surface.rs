@@ -67,15 +67,11 @@ impl Build {
 }
 
 fn shape(geometry: Geometry, look: &Look, span: Span) -> Option<Shape> {
+    let emission = look.emission.clone().filter(|e| !e.radiance.is_black());
     Some(Shape {
-        geometry,
-        material: look.material?,
-        emission: look.emission.clone().filter(|e| !e.radiance.is_black()),
         alpha: (look.opacity < 1.0).then_some(FloatParam::Constant(look.opacity)),
-        reverse_orientation: false,
-        flips_handedness: false,
-        name: String::new(),
         span,
+        ..Shape::new(geometry, look.material?, emission)
     })
 }
 

@@ -1,11 +1,12 @@
 //! The cones of the virtual luminaires expected at one point: a mixture of directions.
 //!
-//! Each candidate gives one cone: around the image, or around the patch that limits it, or by regression, whichever is
-//! tightest. Its share of the samples is the irradiance it is expected to bring if it is seen at all; an image whose ray
-//! would pass beside a patch of its chain is expected not to be seen. Small parts of the shares follow the flux of nearby
-//! records and nothing at all, since expectations err.
+//! Each candidate gives one cone: around the image, or the part of it that a patch of its chain lets through, or by
+//! regression, whichever is tightest. Its share of the samples is the irradiance it is expected to bring; an image whose
+//! ray passes beside a patch is left out. Small parts of the shares follow the flux of nearby records and nothing at all,
+//! since expectations err. What is expected is worked out once per [`Spot`], as balls in space, and only pointed at a gather.
 //!
-//! Invariant: [`Cones::sample`] has exactly [`Cones::density`].
+//! Invariants: [`Cones::sample`] has exactly [`Cones::density`]; both depend on the point and the records alone, never on what
+//! a thread remembers.
 
 use super::model::{Linear, Signature};
 use super::{Candidate, Identity, NONE, Records};
@@ -238,11 +239,16 @@ impl Cones {
     pub fn sample(&self, pick: f32, u: [f32; 2]) -> Vec3 {
         let k = self.cumulative[..self.count].partition_point(|&c| c <= pick).min(self.count - 1);
         let axis = Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
-        let x = u[0] * self.height[k];
-        let sin = (x * (2.0 - x)).max(0.0).sqrt();
-        let (s, c) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
-        Frame::from_normal(axis).to_world(Vec3::new(sin * c, sin * s, 1.0 - x)).normalize()
+        direction_in_cone(axis, self.height[k], u)
     }
+}
+
+/// A direction even over the cone around unit `axis`, `height` = 1 − cos of its half-angle, by `u` in [0, 1)².
+pub(crate) fn direction_in_cone(axis: Vec3, height: f32, u: [f32; 2]) -> Vec3 {
+    let x = u[0] * height;
+    let sin = (x * (2.0 - x)).max(0.0).sqrt();
+    let (s, c) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
+    Frame::from_normal(axis).to_world(Vec3::new(sin * c, sin * s, 1.0 - x)).normalize()
 }
 
 /// 1 − cos of a half-angle from its squared sine.
@@ -307,11 +313,11 @@ struct Expected {
     linears: Vec<(u32, u32)>,
     effective: f32,
     /// Scratch.
-    found: Vec<Found>,
+    found: Vec<Ball>,
 }
 
 /// One of them: a ball, what it is expected to bring, its kind of source, its share of the neighbourhood's flux, its regression.
-struct Found {
+struct Ball {
     centre: Vec3,
     radius2: f32,
     bring: f32,
@@ -351,7 +357,7 @@ impl Expected {
             let bring = signature.strength * height_of(sin2) * seen * cos.max(0.5 * sin2.sqrt());
             let kind = signature.kind & 1;
             let bring = if known { bring } else { 0.0 };
-            self.found.push(Found { centre, radius2, bring, kind, share: c.share, linear: c.linear });
+            self.found.push(Ball { centre, radius2, bring, kind, share: c.share, linear: c.linear });
         }
         if self.found.len() > MOST {
             let mut brings: Vec<f32> = self.found.iter().map(|f| f.bring).collect();

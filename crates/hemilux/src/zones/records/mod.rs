@@ -12,6 +12,7 @@
 mod cones;
 mod model;
 
+pub(crate) use cones::direction_in_cone;
 pub use cones::{Cones, Lent, MOST};
 
 use super::file::ZoneFileError;
