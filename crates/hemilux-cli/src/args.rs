@@ -233,7 +233,7 @@ pub struct SolutionArgs {
     /// Most zones [default: 60000]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub zone_budget: Option<u64>,
-    /// Most light particles [default: 2097152; with --time: as many as 15 % of it allow]
+    /// Most light particles [default: 2097152; with --time: as many as 10 % of it allow]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub particles: Option<u64>,
 }

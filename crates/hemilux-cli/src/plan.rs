@@ -18,7 +18,7 @@ const MOST_PARTICLES: u64 = 1 << 32;
 /// Share of the physical memory that a film may take.
 const FILM_SHARE: f64 = 0.6;
 /// Share of the time after loading that goes to particles.
-const PARTICLE_SHARE: f64 = 0.15;
+const PARTICLE_SHARE: f64 = 0.1;
 
 /// When a render ends.
 #[derive(Clone, Copy, Debug, Default)]
@@ -211,7 +211,7 @@ mod tests {
         };
         let s = Duration::from_secs;
         let end = budget.particle_deadline(s(2), s(1)).unwrap();
-        assert!((end.as_secs_f64() - (2.0 + 0.15 * 7.0)).abs() < 1e-9);
+        assert!((end.as_secs_f64() - (2.0 + 0.1 * 7.0)).abs() < 1e-9);
         assert_eq!(budget.particle_deadline(s(11), s(1)), Some(s(11)));
     }
 

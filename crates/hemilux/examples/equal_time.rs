@@ -3,7 +3,7 @@
 //!     cargo run --release -p hemilux --example equal_time -- SCENE.pbrt REFERENCE.exr [option=value]...
 //!
 //! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=32`,
-//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
+//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.1` (of the time, for particles),
 //! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
 //! a `.rad` scene is read too. Beside a file called
 //! `reference.exr`, its halves and mask are used.
@@ -56,7 +56,7 @@ fn main() -> Result<(), Failure> {
     );
     let references = References::open(Path::new(reference_path))?;
     let seconds: f64 = option("seconds", "10").parse()?;
-    let share: f64 = option("share", "0.15").parse()?;
+    let share: f64 = option("share", "0.1").parse()?;
     let passes: u32 = option("spp", "4294967295").parse()?;
     let strategy = option("strategy", "adaptive");
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
