@@ -15,6 +15,7 @@ use crate::world::{Surface, World};
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
+use hemiquad::points::{Key, sobol};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
@@ -364,6 +365,28 @@ impl<'a> Renderer<'a> {
     pub fn surprise(&self) -> Option<f64> {
         let [all, part] = [0, 1].map(|i: usize| self.surprise[i].load(Ordering::Relaxed) as f64);
         (all > 0.0).then(|| part / all)
+    }
+
+    /// The same of a pilot: `samples` camera samples all over the picture, whose values are thrown away. A function of this renderer
+    /// alone; 0 if nothing was gathered.
+    pub fn pilot_surprise(&self, samples: usize) -> f64 {
+        let key = Key::new(self.options.seed).with(0x5a_9415e);
+        let [width, height] = self.size;
+        let tallies: Vec<[f64; 2]> = (0..samples as u64)
+            .into_par_iter()
+            .map(|i| {
+                let (at, mut tally) = (key.with(i), Tally::default());
+                let on = |u: f32, n: u32| ((u * n as f32) as u32).min(n.saturating_sub(1));
+                let place = sobol(i as u32, key);
+                let mut sampler = Sampler::new(at.bits64(0), 0, 0);
+                let (u_film, u_lens) = (sampler.next2(), sampler.next2());
+                let ray = self.lens.ray(on(place.u, width), on(place.v, height), u_film, u_lens);
+                self.sample(&ray, &mut sampler, &mut tally);
+                [tally.gathered, tally.surprise]
+            })
+            .collect();
+        let [all, part] = tallies.iter().fold([0.0, 0.0], |s, t| [s[0] + t[0], s[1] + t[1]]);
+        if all > 0.0 { part / all } else { 0.0 }
     }
 
     /// One camera sample, unweighted.
