@@ -1,7 +1,7 @@
 //! Readings of sensors with an interval: irradiance at a point, or radiance along a direction.
 //!
 //! A reading is the mean of independent groups, each with random numbers of its own (and, over zones, a zonal solution of
-//! its own). The half-width is Student's at 95 % over the groups. Work comes in stages (`sense/stopping.rs`): pilots decide how
+//! its own). The half-width is Student's at 95 % over the groups, widened where gathers are skewed (`sense/moments.rs`). Work comes in stages (`sense/stopping.rs`): pilots decide how
 //! much the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop hardly
 //! shapes value and interval (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
 //! too few rays have met, the half-width also holds what those could add (the rule of three). The image of a sun could hide so
@@ -22,11 +22,13 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use hemiquad::points::Key;
 use hemiquad::student_975;
+use moments::Moments;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use stopping::{Aim, PILOT, Spread, Stage};
 
+mod moments;
 mod stopping;
 
 /// Independent groups behind every interval.
@@ -102,7 +104,7 @@ pub struct Reading {
     pub value: Rgb,
     /// The weighted scalar.
     pub scalar: f64,
-    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, plus `unseen`.
+    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, widened where gathers are skewed, plus `unseen`.
     pub half_width: f64,
     /// What virtual luminaires may hold that too few rays have met to judge by spread.
     pub unseen: f64,
@@ -159,6 +161,8 @@ struct Verdict {
 #[derive(Clone, Copy, Default)]
 struct Group {
     sum: [f64; 3],
+    /// Of the scalar, by gathers.
+    moments: Moments,
     tally: Tally,
 }
 
@@ -332,7 +336,8 @@ impl<'a> Sense<'a> {
         let scalar = scalars.iter().sum::<f64>() / GROUPS as f64;
         let variance = scalars.iter().map(|s| (s - scalar).powi(2)).sum::<f64>() / (GROUPS - 1) as f64;
         let degrees = (GROUPS - 1) as f64;
-        let student = student_975(degrees) * (variance / GROUPS as f64).sqrt();
+        let skewed = groups.iter().fold(Moments::default(), |all, g| all.join(&g.moments)).widening();
+        let student = skewed * student_975(degrees) * (variance / GROUPS as f64).sqrt();
         let hits = |of: fn(&Tally) -> u64| groups.iter().map(|g| of(&g.tally)).sum();
         let (first, later) = (hits(|t| t.chain_hits), hits(|t| t.later_hits));
         let unseen = self.unseen_first(per_group, first, verdict)
@@ -463,9 +468,9 @@ impl<'a> Sense<'a> {
         group.tally.bright = self.bright;
         for i in stage.from..stage.to {
             let value = self.estimate(&walker, pixel, i, p, n, &mut group.tally);
-            if value.is_finite() {
-                (0..3).for_each(|c| group.sum[c] += value[c] as f64);
-            }
+            let value = if value.is_finite() { value.0.map(|v| v as f64) } else { [0.0; 3] };
+            (0..3).for_each(|c| group.sum[c] += value[c]);
+            group.moments.add((0..3).map(|c| self.options.weights[c] * value[c]).sum());
         }
     }
 
