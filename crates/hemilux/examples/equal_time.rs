@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p hemilux --example equal_time -- SCENE.pbrt REFERENCE.exr [option=value]...
 //!
-//! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=16`,
+//! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=32`,
 //! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
 //! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
 //! a `.rad` scene is read too. Beside a file called
@@ -61,7 +61,7 @@ fn main() -> Result<(), Failure> {
     let strategy = option("strategy", "adaptive");
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
     let plan = GatherPlan {
-        rays: option("gather", "16").parse()?,
+        rays: option("gather", "32").parse()?,
         shadow_rays: option("shadow", "8").parse()?,
         strategy,
     };

@@ -6,6 +6,7 @@
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
 pub mod aim;
+mod bright;
 pub mod field;
 pub mod file;
 mod kd;
@@ -94,7 +95,7 @@ impl Zones {
     fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
         let mut finds = std::mem::take(&mut deposits.finds);
         finds.records.append(&mut finds.zone_records);
-        let records = Arc::new(Records::new(finds.records));
+        let records = Arc::new(Records::new(finds.records, &finds.exact));
         let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;
