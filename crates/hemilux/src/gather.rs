@@ -161,12 +161,13 @@ pub fn gather(
     radiance + by_shadow_rays
 }
 
-/// As many as there are images, but no more than the plan's own rays: of twelve ways to share rays between the two in four
-/// scenes, this had the least error in the same time.
+/// As many as there are images, but no more than the plan's own rays (of twelve ways to share rays between the two in four
+/// scenes, this had the least error in the same time), or more where few of them meet the luminaire that they are for.
 fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
+    let need = |rays: f32| (rays * cones.need()).ceil() as u32;
     match cones.is_empty() {
         true => 0,
-        false => (cones.effective().ceil() as u32).clamp(plan.rays.div_ceil(4), plan.rays).max(1),
+        false => need(cones.effective()).clamp(plan.rays.div_ceil(4), need(plan.rays as f32)).max(1),
     }
 }
 

@@ -55,13 +55,34 @@ pub(super) struct Luminaire {
     unseen: bool,
 }
 
+/// Where an emitting shape lies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShapeExtent {
+    /// Of a ball around it (m).
+    pub centre: Vec3,
+    pub radius: f32,
+    /// If it is flat.
+    pub outline: Option<Outline>,
+    /// How much of the ball's disk it fills as it is seen, on average.
+    pub fill: f32,
+}
+
+impl ShapeExtent {
+    fn new(centre: Vec3, radius: f32, outline: Option<Outline>, area: f32) -> ShapeExtent {
+        // A convex body shows a quarter of its surface (Cauchy), a flat piece at most all of it.
+        let shown = if outline.is_some() { area } else { 0.25 * area };
+        let fill = shown / (std::f32::consts::PI * radius * radius).max(f32::MIN_POSITIVE);
+        ShapeExtent { centre, radius, outline, fill: fill.clamp(0.02, 1.0) }
+    }
+}
+
 /// All luminaires of a world.
 #[derive(Clone, Debug, Default)]
 pub struct Luminaires {
     pub(super) items: Vec<Luminaire>,
     pub(super) emissions: Vec<Emission>,
-    /// Centre and radius (m) of a ball around each emitting shape, and its outline if it is flat.
-    extents: Vec<(Vec3, f32, Option<Outline>)>,
+    /// Of each emitting shape.
+    extents: Vec<ShapeExtent>,
     pub(super) skies: Vec<Sky>,
     pub(super) sky_items: Vec<u32>,
     pub(super) units: Vec<Unit>,
@@ -183,7 +204,7 @@ impl Luminaires {
             let per_area = power_per_area(&world.scene, emission);
             let (centre, radius) = shape_ball(world, &shape.geometry, to_world);
             let outline = flat_outline(&world.scene, &shape.geometry, to_world);
-            self.extents.push((centre.as_vec3(), radius, outline));
+            let first = self.items.len();
             let mut push = |emitter: Emitter, area: f64| {
                 powers.push(per_area * area);
                 self.items.push(Luminaire { emitter, emission: id, area: area as f32, pick: 0.0, unseen });
@@ -238,6 +259,8 @@ impl Luminaires {
                     push(Emitter::Quadric { q, to_world: placed, sphere, sign, area_object }, area);
                 }
             }
+            let area: f32 = self.items[first..].iter().map(|i| i.area).sum();
+            self.extents.push(ShapeExtent::new(centre.as_vec3(), radius, outline, area));
         }
         base
     }
@@ -276,19 +299,16 @@ impl Luminaires {
             Emitter::Quadric { sphere: Some((_, r)), .. } => {
                 Some((item.emission, r as f32, 2.0 / 3.0 * r as f32))
             }
-            _ => Some((item.emission, self.extents[item.emission as usize].1, 0.0)),
+            _ => Some((item.emission, self.extents[item.emission as usize].radius, 0.0)),
         }
     }
 
-    /// Centre (m) of the emitting shape that luminaire `i` is part of, and its outline if it is flat; nothing of a sky.
-    pub(crate) fn place(&self, i: u32) -> (Option<Vec3>, Option<Outline>) {
+    /// Where the emitting shape lies that luminaire `i` is part of; nothing of a sky.
+    pub(crate) fn place(&self, i: u32) -> Option<&ShapeExtent> {
         let item = &self.items[i as usize];
         match item.emitter {
-            Emitter::Sky(_) => (None, None),
-            _ => {
-                let (centre, _, outline) = self.extents[item.emission as usize];
-                (Some(centre), outline)
-            }
+            Emitter::Sky(_) => None,
+            _ => Some(&self.extents[item.emission as usize]),
         }
     }
 

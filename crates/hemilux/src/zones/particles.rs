@@ -255,7 +255,7 @@ impl Deposits {
             if source.outline.is_some() { 1.0 } else { (area / ball.max(f32::MIN_POSITIVE)).min(1.0) };
         Source {
             known: true,
-            exact: Exact::of((source.outline.map(|_| source.centre), source.outline)),
+            exact: Exact::of(source.outline.map(|_| source.centre), source.outline, 1.0),
             signature: Key::new(1 << 40 | (source.name as u64) << 1 | b.transmitted as u64),
             radius: source.radius,
             strength: source.radiance * kept * filled,
@@ -428,7 +428,10 @@ impl Source {
                 strength: world.luminaires.mean_radiance(&world.scene, luminaire),
                 length: distance,
                 previous: distance,
-                exact: Exact::of(world.luminaires.place(luminaire)),
+                exact: match world.luminaires.place(luminaire) {
+                    Some(at) => Exact::of(Some(at.centre), at.outline, at.fill),
+                    None => Exact::default(),
+                },
             },
             None => Source::none(),
         }

@@ -45,6 +45,8 @@ pub struct Cones {
     count: usize,
     /// How many shapes of equal share would be as uneven.
     effective: f32,
+    /// How many times as many rays as usual they take.
+    need: f32,
 }
 
 static NO_CONES: Cones = Cones::none();
@@ -109,6 +111,7 @@ impl Cones {
             round: 0,
             count: 0,
             effective: 0.0,
+            need: 1.0,
         }
     }
 
@@ -131,6 +134,7 @@ impl Cones {
         let count = expected.share.len();
         (self.count, self.flat, self.round) = (count, expected.flat, expected.round);
         self.effective = expected.effective;
+        self.need = expected.need;
         self.cumulative[..count].copy_from_slice(&expected.cumulative);
         let Expected { centre: [cx, cy, cz], radius2, share, .. } = expected;
         let [ax, ay, az] = &mut self.axis;
@@ -208,6 +212,11 @@ impl Cones {
     /// How many cones of equal share would be as uneven as these.
     pub fn effective(&self) -> f32 {
         self.effective
+    }
+
+    /// How many times as many rays as usual it takes to meet the luminaires among them: 1 to 4.
+    pub fn need(&self) -> f32 {
+        self.need
     }
 
     /// Density per steradian of the mixture at unit `w`.

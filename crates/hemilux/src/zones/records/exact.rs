@@ -8,18 +8,26 @@ use crate::world::outline::{Outline, mirrored};
 use hemilux_scene::geom::Vec3;
 
 /// What is known exactly of a chain as seen at its end.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Exact {
     /// The middle of the image (m).
     pub image: Option<Vec3>,
     /// Outlines of the patch met last, and of the one before it, or of what shines.
     pub outlines: [Option<Outline>; 2],
+    /// How much of the ball around the image shows it.
+    pub fill: f32,
+}
+
+impl Default for Exact {
+    fn default() -> Exact {
+        Exact { image: None, outlines: [None; 2], fill: 1.0 }
+    }
 }
 
 impl Exact {
     /// A source with its centre (m) and its outline, where they are known.
-    pub fn of((centre, outline): (Option<Vec3>, Option<Outline>)) -> Exact {
-        Exact { image: centre, outlines: [outline, None] }
+    pub fn of(centre: Option<Vec3>, outline: Option<Outline>, fill: f32) -> Exact {
+        Exact { image: centre, outlines: [outline, None], fill }
     }
 
     /// Go through an interface at `p` with unit normal `n`, whose patch has `outline` if it is flat.

@@ -126,6 +126,8 @@ pub(super) struct Expected {
     /// Those that follow a regression.
     pub linears: Vec<(u32, u32)>,
     pub effective: f32,
+    /// How many times as many rays as usual it takes to meet the luminaires among them.
+    pub need: f32,
     /// Scratch.
     found: Vec<Found>,
 }
@@ -135,6 +137,7 @@ pub(super) struct Expected {
 struct Found {
     shape: Shape,
     bring: f32,
+    seen: f32,
     kind: u8,
     share: f32,
     linear: u32,
@@ -169,10 +172,11 @@ impl Expected {
             let signature = &records.signatures[c.signature as usize];
             // Where nobody knows what limits the image, its size says nothing.
             let known = c.linear != NONE || signature.is_known();
+            let seen = seen * signature.fill;
             let bring = signature.strength * shape.extent(x) * seen * cos.max(0.5 * sin2.sqrt());
             let kind = signature.kind & 1;
             let bring = if known { bring } else { 0.0 };
-            self.found.push(Found { shape, bring, kind, share: c.share, linear: c.linear });
+            self.found.push(Found { shape, bring, seen, kind, share: c.share, linear: c.linear });
         }
         // One block may be left half empty.
         const ROOM: usize = MOST - LANES;
@@ -203,6 +207,7 @@ impl Expected {
         });
         let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.found.len().max(1) as f32;
         let share = |f: &Found| by_expectation[f.kind as usize] * f.bring + by_flux * f.share + even;
+        self.need = need(&self.found, &share);
         let found = std::mem::take(&mut self.found);
         let (mut cumulative, mut squares) = (0.0, 0.0);
         let mut put = |this: &mut Expected, ball: (Vec3, f32), share: f32| {
@@ -248,4 +253,16 @@ impl Expected {
         self.pieces.iter_mut().for_each(|p| p.scale(1.0 / cumulative));
         self.effective = if squares > 0.0 { cumulative * cumulative / squares } else { 0.0 };
     }
+}
+
+/// Where this much of a shape shows its luminaire, rays are as many as usual, ...
+const OFTEN: f32 = 0.5;
+/// ... and never more than so many times as many.
+const MOST_NEED: f32 = 4.0;
+
+/// How many times as many rays as usual it takes, by shares: more where shapes hardly show their luminaire.
+fn need(found: &[Found], share: impl Fn(&Found) -> f32) -> f32 {
+    let of = |f: &Found| if f.kind == 0 { (OFTEN / f.seen.max(1e-3)).clamp(1.0, MOST_NEED) } else { 1.0 };
+    let (need, all) = found.iter().fold((0.0, 0.0), |s, f| (s.0 + share(f) * of(f), s.1 + share(f)));
+    if all > 0.0 { need / all } else { 1.0 }
 }

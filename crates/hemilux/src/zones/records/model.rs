@@ -24,7 +24,7 @@ pub(super) struct Place {
 wire!(Place { centre, radius });
 wire!(Outline { corner, sides, triangle });
 wire!(Window { centre, normal, axes, outline });
-wire!(Signature { places, windows, roomy, strength, kind });
+wire!(Signature { places, windows, roomy, fill, strength, kind });
 wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
@@ -81,6 +81,15 @@ pub(super) struct Part {
     pub shown: f32,
     /// Distance along the ray (m).
     pub distance: f32,
+}
+
+impl Part {
+    /// The ball around it, as seen along unit `axis`: centre (m), squared radius (m²).
+    pub fn ball(&self, axis: Vec3) -> (Vec3, f32) {
+        let across = |d: Vec3| (d - axis * axis.dot(d)).length_squared();
+        let [a, b] = self.outline.sides;
+        (self.outline.middle(), 0.25 * across(a + b).max(across(a - b)))
+    }
 }
 
 impl Window {
@@ -208,6 +217,8 @@ pub(super) struct Signature {
     pub windows: [Option<Window>; 2],
     /// How much larger than it seems the image is taken to be.
     pub roomy: f32,
+    /// How much of the ball around the image shows it.
+    pub fill: f32,
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
     /// 1 if the source is a bright zone, 0 if it is a luminaire.
@@ -348,6 +359,7 @@ impl Signature {
             windows: [window(0), window(1)],
             places: [image, patch(0), patch(1)],
             roomy,
+            fill: exact.fill,
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
             kind: records[0].of_zone as u8,
         }

@@ -142,7 +142,15 @@ impl Records {
             match &windows[k - 1] {
                 Some(window) => {
                     let wide = window.part(x, axis, angle * roomy, slack)?;
-                    let shape = if wide.clipped { Shape::Flat(wide.outline) } else { image };
+                    let shape = match (wide.clipped, window.outline.is_some()) {
+                        (false, _) => image,
+                        (true, true) => Shape::Flat(wide.outline),
+                        // What only records show may be curved: a cone around it holds it from any side.
+                        (true, false) => {
+                            let (centre, radius2) = wide.ball(axis);
+                            Shape::Ball { centre, radius2 }
+                        }
+                    };
                     let size = shape.extent(x);
                     if size <= extent {
                         (extent, from) = (size, k);
