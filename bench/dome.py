@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A lamp under a mirrored dome, by `hemilux sense`, against an oracle that shares nothing with hemilux.
 
-    python3 bench/dome.py [--seeds 100] [--few 5] [--binary target/release/hemilux] [--only sphere,ellipsoid,...]
+    python3 bench/dome.py [--seeds 100] [--few 10] [--first 0] [--binary target/release/hemilux] [--only sphere,ellipsoid,...]
 
 Lamps of radius 0.1, 0.01 and 0.003 m and equal flux, at (0, 0, 2) under a dome of reflectance 0.9; sensors at x = 1, 1.001 and
 1.02 m face up; everything else is black. The truth is a sum over directions in double precision: rays on a square
@@ -185,7 +185,7 @@ def series(name, options, scene, sensors, truths, seeds, totals):
         with open(path, "w") as f:
             f.write(text)
         found, times = [], []
-        for seed in range(seeds):
+        for seed in range(options.first, options.first + seeds):
             values, spent = read(options.binary, path, [at(x) for x in XS], seed)
             found.append(values)
             times.append(spent)
@@ -203,14 +203,16 @@ def series(name, options, scene, sensors, truths, seeds, totals):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--seeds", type=int, default=100)
-    p.add_argument("--few", type=int, default=5)
+    p.add_argument("--few", type=int, default=10)
+    p.add_argument("--first", type=int, default=0, help="first seed, to go on from another run")
     p.add_argument("--binary", default="target/release/hemilux")
     p.add_argument("--only", default="sphere,moved,turned,scaled,ellipsoid")
     options = p.parse_args()
     only = options.only.split(",")
     sphere, ellipsoid = np.array([3.0, 3.0, 3.0]), np.array([3.3, 2.8, 2.7])
-    round_truth = [[truth(x, sphere, r, l, constant) for x in XS] for r, l in RADII]
-    stretched = [[truth(x, ellipsoid, r, l, fresnel) for x in XS] for r, l in RADII]
+    truths = lambda axes, reflectance: [[truth(x, axes, r, l, reflectance) for x in XS] for r, l in RADII]
+    round_truth = truths(sphere, constant) if only != ["ellipsoid"] else None
+    stretched = truths(ellipsoid, fresnel) if "ellipsoid" in only else None
     totals = []
     print("dome | lamp radius | x | truth W/m2 | mean value / truth - 1 | half-width | worst | covers | s (median)")
     ways = {
