@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A lamp under a mirrored dome, by `hemilux sense`, against an oracle that shares nothing with hemilux.
 
-    python3 bench/dome.py [--seeds 100] [--few 5] [--binary target/release/hemilux] [--only sphere,ellipsoid,...]
+    python3 bench/dome.py [--seeds 100] [--few 10] [--first 0] [--repeat 1] [--binary target/release/hemilux] [--only sphere,ellipsoid,...]
 
 Lamps of radius 0.1, 0.01 and 0.003 m and equal flux, at (0, 0, 2) under a dome of reflectance 0.9; sensors at x = 1, 1.001 and
 1.02 m face up; everything else is black. The truth is a sum over directions in double precision: rays on a square
@@ -12,7 +12,9 @@ sphere: nine cases, `--seeds` seeds each; *covers* counts intervals that hold th
 moved, turned, scaled: the same dome moved by (10, 20, 5) m, turned by 40 degrees about x and 30 about z, 100 times as large.
 ellipsoid: semi-axes 3.3, 2.8 and 2.7 m, a pbrt conductor (Fresnel; 0.9 at normal incidence). `--few` seeds each.
 
-Needs numpy. Times are of the command, start included (three sensors).
+`--repeat` reads every sensor several times in one run: random numbers differ, the light particles that lead them are the same.
+
+Needs numpy. Times are of the command, start included (three sensors, each read `--repeat` times).
 """
 import argparse
 import math
@@ -185,32 +187,35 @@ def series(name, options, scene, sensors, truths, seeds, totals):
         with open(path, "w") as f:
             f.write(text)
         found, times = [], []
-        for seed in range(seeds):
-            values, spent = read(options.binary, path, [at(x) for x in XS], seed)
-            found.append(values)
+        for seed in range(options.first, options.first + seeds):
+            values, spent = read(options.binary, path, [at(x) for x in XS] * options.repeat, seed)
+            found += [values[i:i + len(XS)] for i in range(0, len(values), len(XS))]
             times.append(spent)
-        found = np.array(found)
+        found, count = np.array(found), len(found)
         for k, x in enumerate(XS):
             value, half = found[:, k, 0], found[:, k, 1]
             covers = int((np.abs(value - row[k]) <= half).sum())
             worst = np.abs(value / row[k] - 1).max()
-            error = value.std(ddof=1) / math.sqrt(seeds) / row[k] if seeds > 1 else float("nan")
+            error = value.std(ddof=1) / math.sqrt(count) / row[k] if count > 1 else float("nan")
             print(f"{name:9} | {radius} | {x} | {row[k]:.5f} | {value.mean() / row[k] - 1:+.5f} ± {error:.5f} | "
-                  f"{half.mean() / row[k]:.4f} | {worst:.4f} | {covers} of {seeds} | {np.median(times):.2f}", flush=True)
-            totals.append((name, covers, seeds, worst))
+                  f"{half.mean() / row[k]:.4f} | {worst:.4f} | {covers} of {count} | {np.median(times):.2f}", flush=True)
+            totals.append((name, covers, count, worst))
 
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--seeds", type=int, default=100)
-    p.add_argument("--few", type=int, default=5)
+    p.add_argument("--few", type=int, default=10)
+    p.add_argument("--first", type=int, default=0, help="first seed, to go on from another run")
+    p.add_argument("--repeat", type=int, default=1, help="readings of each sensor by each seed's light particles (random numbers differ)")
     p.add_argument("--binary", default="target/release/hemilux")
     p.add_argument("--only", default="sphere,moved,turned,scaled,ellipsoid")
     options = p.parse_args()
     only = options.only.split(",")
     sphere, ellipsoid = np.array([3.0, 3.0, 3.0]), np.array([3.3, 2.8, 2.7])
-    round_truth = [[truth(x, sphere, r, l, constant) for x in XS] for r, l in RADII]
-    stretched = [[truth(x, ellipsoid, r, l, fresnel) for x in XS] for r, l in RADII]
+    truths = lambda axes, reflectance: [[truth(x, axes, r, l, reflectance) for x in XS] for r, l in RADII]
+    round_truth = truths(sphere, constant) if only != ["ellipsoid"] else None
+    stretched = truths(ellipsoid, fresnel) if "ellipsoid" in only else None
     totals = []
     print("dome | lamp radius | x | truth W/m2 | mean value / truth - 1 | half-width | worst | covers | s (median)")
     ways = {
