@@ -17,6 +17,7 @@ pub mod gather;
 mod guide;
 pub mod hints;
 pub mod picture;
+pub mod prologue;
 pub mod render;
 pub mod residual;
 pub mod sampler;

@@ -204,12 +204,10 @@ fn agreeing(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     (0..PIXELS).filter(agrees).count() as f64 / PIXELS as f64
 }
 
-/// A room and what stands in it.
-type Room = (&'static str, fn(&mut Scene));
-
 /// Mode corrected is mode path, over zones that are too dark: in the mean and pixel by pixel. Mode zonal is what must be rejected.
 pub(super) fn corrected_is_path(page: &mut Page) {
-    let rooms: [Room; 3] = [
+    type Change = fn(&mut Scene);
+    let rooms: [(&str, Change); 3] = [
         ("a room", |_| ()),
         ("a room with a mirror", with_mirror),
         ("a room with a varnished table", with_varnish),

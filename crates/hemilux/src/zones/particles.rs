@@ -94,49 +94,55 @@ pub struct Deposits {
     sight: Option<Sight>,
 }
 
-/// Particles after which emission is aimed anew, each time by the particles since the last.
-const AIMED_AT: [u64; 3] = [1 << 15, 1 << 17, 1 << 19];
+/// Particles after which emission is aimed anew, each time by the particles since the last, ...
+const AIMED_AT: [u64; 5] = [1 << 15, 1 << 17, 1 << 19, 1 << 21, 1 << 23];
+/// ... at most so many.
+const MOST_TRIALS: u64 = 1 << 19;
 /// What an arrival through mirrors and glass is worth, against one straight from a luminaire.
 const CHAIN_USE: f32 = 4.0;
 /// What an arrival is worth where it does not matter.
 const UNSEEN_USE: f32 = 0.02;
 
 /// What particles find that steers gathers.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Finds {
-    /// Arrivals from luminaires through specular chains; [`MOST_RECORDS`] at most.
+    /// Arrivals from luminaires through specular chains; [`most`] at most.
     pub records: Vec<Record>,
-    /// Arrivals from bright zones, straight or through specular chains; [`MOST_RECORDS`] at most.
+    /// Arrivals from bright zones, straight or through specular chains; as many at most.
     pub zone_records: Vec<Record>,
-    /// Arrivals other than straight from a luminaire; [`MOST_INCIDENCES`] at most.
+    /// Arrivals other than straight from a luminaire; as many at most.
     pub incidences: Vec<Incidence>,
     /// What is known exactly of the signatures.
     pub exact: HashMap<u32, Exact>,
 }
 
 impl Finds {
-    fn append(&mut self, more: Finds) {
-        if self.records.len() < MOST_RECORDS || self.zone_records.len() < MOST_RECORDS {
+    /// Take what `more` has, up to `most` of each kind.
+    fn append(&mut self, more: Finds, most: usize) {
+        if self.records.len() < most || self.zone_records.len() < most {
             for (signature, exact) in more.exact {
                 self.exact.entry(signature).or_insert(exact);
             }
         }
-        let room = MOST_RECORDS - self.records.len();
-        self.records.extend(more.records.into_iter().take(room));
-        let room = MOST_RECORDS - self.zone_records.len();
-        self.zone_records.extend(more.zone_records.into_iter().take(room));
-        let room = MOST_INCIDENCES - self.incidences.len();
-        self.incidences.extend(more.incidences.into_iter().take(room));
+        let room = |held: usize| most.saturating_sub(held);
+        let n = room(self.records.len());
+        self.records.extend(more.records.into_iter().take(n));
+        let n = room(self.zone_records.len());
+        self.zone_records.extend(more.zone_records.into_iter().take(n));
+        let n = room(self.incidences.len());
+        self.incidences.extend(more.incidences.into_iter().take(n));
     }
 }
 
-/// Arrivals that are kept for the predicted field radiance.
-pub const MOST_INCIDENCES: usize = 1 << 20;
+/// Finds of each kind that are kept of so many particles: 2²⁰ to 2²¹. They are the first ones, so that they do not depend on
+/// how many particles follow.
+pub fn most(particles: u64) -> usize {
+    (particles / 2).clamp(1 << 20, 1 << 21) as usize
+}
+
 /// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
 const RECORDED: f32 = 0.25;
 
-/// Records that are kept.
-pub const MOST_RECORDS: usize = 1 << 20;
 /// Particles after which it is decided which zones are bright.
 pub const PILOT: u64 = 1 << 17;
 
@@ -182,13 +188,13 @@ impl Deposits {
         self.squares[side].load(Ordering::Relaxed) as f64 / self.square_unit
     }
 
-    /// Trace particles `self.particles ..` up to `total` of a set meant to be `planned` strong (for stratification),
-    /// stopping early when `stop` says so (asked between batches).
+    /// Trace particles `self.particles ..` up to `total`, stopping early when `stop` says so (asked between batches). `planned`
+    /// is how many were meant to be traced at first. Whether they come in one call or in several does not show.
     pub fn trace(
         &mut self,
         world: &World,
         map: &ZoneMap,
-        seed: u64,
+        [seed, planned]: [u64; 2],
         total: u64,
         mut stop: impl FnMut(u64) -> bool,
     ) {
@@ -198,13 +204,13 @@ impl Deposits {
             if AIMED_AT.contains(&self.particles) {
                 self.aim = Aim::learn(std::mem::take(&mut self.trials));
             }
-            if !self.bright.is_known() && self.particles >= PILOT.min(total / 2) {
+            if !self.bright.is_known() && self.particles >= PILOT.min(planned / 2) {
                 self.bright = Bright::new(world, map, &self.irradiances(map));
             }
             // A batch ends where something is decided.
             let next = AIMED_AT.into_iter().find(|n| *n > self.particles);
             let end = (self.particles + BATCH).min(total).min(next.unwrap_or(u64::MAX));
-            let learns = next.is_some();
+            let learns = next.is_some_and(|n| end + MOST_TRIALS > n);
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
             // Collected in order, then summed in order: the same bits for any number of threads.
@@ -224,7 +230,7 @@ impl Deposits {
                 .collect();
             for (ledger, finds, trials) in chunks {
                 self.ledger = self.ledger.add(&ledger);
-                self.finds.append(finds);
+                self.finds.append(finds, most(end));
                 self.trials.extend(trials);
             }
             self.particles = end;
