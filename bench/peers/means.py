@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Whether programs agree on how bright a scene is: picture means of hemilux over those of its peers.
 
-    means.py SCENES_DIRECTORY [--scenes box,bulb,...] [--pixels 3072] [--seeds 4] [--spp 16] [--mitsuba-spp 4096] [--radiance BIN]
+    means.py SCENES_DIRECTORY [--scenes box,bulb,...] [--pixels 1200] [--seeds 4] [--spp 64] [--mitsuba-spp 4096] [--radiance BIN]
 
 SCENES_DIRECTORY holds NAME/NAME.pbrt (and NAME.rad, NAME.vf, reference.exr), and public/NAME/scene.pbrt. Every scene is rendered small
 (with the proportions of its file) by hemilux (modes zonal and corrected, `--seeds` times with zones of their own), by Mitsuba 3 (path tracing of
 the same .pbrt file, 16 batches, `pbrt_to_mitsuba.py`) and by Radiance where there is a .rad file or the scene is diffuse (`pbrt_to_radiance.py`):
-`rtrace` with the ambient cache (classic), and over photon maps (pmap), three times each with uncorrelated samples.
+`rtrace` with the ambient cache (classic), and over photon maps (pmap), twice each, with uncorrelated samples.
 Printed: mean luminance of the picture, hemilux / peer, each with one standard error of both; of references half the difference of their
 two halves where there are halves.
 Films use a box filter and paths have no limit but the file's. Where path tracing has not converged its error says so (and is itself too
@@ -35,9 +35,9 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("folder")
     p.add_argument("--scenes", default=SCENES)
-    p.add_argument("--pixels", type=int, default=3072)
+    p.add_argument("--pixels", type=int, default=1200)
     p.add_argument("--seeds", type=int, default=4)
-    p.add_argument("--spp", type=int, default=16)
+    p.add_argument("--spp", type=int, default=64)
     p.add_argument("--particles", default="300k")
     p.add_argument("--modes", default="zonal,corrected")
     p.add_argument("--mitsuba-spp", type=int, default=4096)
@@ -91,7 +91,7 @@ def reference(folder):
 
 
 def radiance(args, folder, size, photons):
-    """Mean of s.rad seen by s.vf in `folder`, three times."""
+    """Mean of s.rad seen by s.vf in `folder`, twice."""
     env = {**os.environ, "PATH": os.path.abspath(args.radiance) + ":" + os.environ["PATH"],
            "RAYPATH": ".:" + os.path.abspath(os.path.join(args.radiance, "..", "lib"))}
 
@@ -99,9 +99,9 @@ def radiance(args, folder, size, photons):
         return subprocess.run(["bash", "-o", "pipefail", "-c", command], cwd=folder, env=env, capture_output=True)
 
     means = []
-    for seed in range(3):
+    for seed in range(2):
         shell("rm -f *.amb *.pm; oconv -f s.rad > s.oct")
-        ambient, maps = "-ab 8 -aa .15 -ar 128 -ad 1024 -as 256", ""
+        ambient, maps = "-ab 6 -aa .2 -ar 64 -ad 512 -as 128", ""
         if photons:
             # Without casters there is no caustic map to be had.
             if shell(f"timeout 400 mkpmap -n 2 -apr {seed} -apm 200 -fo+ -apg g.pm 100k -apc c.pm 300k s.oct").returncode:
