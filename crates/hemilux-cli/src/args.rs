@@ -233,7 +233,7 @@ pub struct SolutionArgs {
     /// Most zones [default: 60000; with --time above 10 s: in proportion, up to 480000 (render)]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub zone_budget: Option<u64>,
-    /// Most light particles [default: 2097152; with --time: as many as 15 % of it allow; more where gathers are surprised (render)]
+    /// Most light particles [default: 2097152; with --time: as many as 10 % of it allow; more where gathers are surprised (render)]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub particles: Option<u64>,
 }

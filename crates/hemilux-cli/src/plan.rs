@@ -18,7 +18,7 @@ const MOST_PARTICLES: u64 = 1 << 32;
 /// Share of the physical memory that a film may take.
 const FILM_SHARE: f64 = 0.6;
 /// Share of the time after loading that goes to particles, and with those that surprise asks for.
-const PARTICLE_SHARES: [f64; 2] = [0.15, 0.25];
+const PARTICLE_SHARES: [f64; 2] = [0.1, 0.14];
 /// Particles are doubled so often at most where surprise asks for it.
 const MOST_DOUBLINGS: u32 = 2;
 /// Limit of time for which the default number of zones is meant; longer ones have more in proportion, ...
@@ -231,8 +231,8 @@ mod tests {
         };
         let s = Duration::from_secs;
         let end = budget.particle_deadlines(s(2), s(1)).unwrap();
-        assert!((end[0].as_secs_f64() - (2.0 + 0.15 * 7.0)).abs() < 1e-9);
-        assert!((end[1].as_secs_f64() - (2.0 + 0.25 * 7.0)).abs() < 1e-9);
+        assert!((end[0].as_secs_f64() - (2.0 + 0.1 * 7.0)).abs() < 1e-9);
+        assert!((end[1].as_secs_f64() - (2.0 + 0.14 * 7.0)).abs() < 1e-9);
         assert_eq!(budget.particle_deadlines(s(11), s(1)), Some([s(11); 2]));
     }
 

@@ -85,15 +85,26 @@ impl Outline {
         self.sides[0].cross(self.sides[1]).length() * if self.triangle { 0.5 } else { 1.0 }
     }
 
-    /// The middle of its corners (m), and how far the farthest is from there (m).
+    /// The middle of its corners (m).
+    #[inline]
+    pub fn middle(&self) -> Vec3 {
+        let [u, v] = self.sides;
+        self.corner + (u + v) * if self.triangle { 1.0 / 3.0 } else { 0.5 }
+    }
+
+    /// That, and how far the farthest corner is from there (m).
+    #[inline]
     pub fn ball(&self) -> (Vec3, f32) {
         let [u, v] = self.sides;
-        let (middle, corners) = match self.triangle {
-            true => ((u + v) / 3.0, [Vec3::ZERO, u, v, v]),
-            false => ((u + v) * 0.5, [Vec3::ZERO, u, v, u + v]),
+        let far2 = match self.triangle {
+            true => {
+                let middle = (u + v) / 3.0;
+                let far2 = |corner: Vec3| (corner - middle).length_squared();
+                middle.length_squared().max(far2(u)).max(far2(v))
+            }
+            false => 0.25 * (u + v).length_squared().max((u - v).length_squared()),
         };
-        let far = corners.iter().map(|c| (*c - middle).length()).fold(0.0, f32::max);
-        (self.corner + middle, far)
+        (self.middle(), far2.sqrt())
     }
 }
 

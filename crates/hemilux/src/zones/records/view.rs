@@ -67,7 +67,7 @@ impl Shape {
                 height_of((radius2 / (*centre - x).length_squared().max(f32::MIN_POSITIVE)).min(1.0))
             }
             Shape::Flat(outline) => {
-                let to = outline.ball().0 - x;
+                let to = outline.middle() - x;
                 let across =
                     outline.sides[0].cross(outline.sides[1]) * if outline.triangle { 0.5 } else { 1.0 };
                 let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
