@@ -9,7 +9,7 @@ use super::map::ZoneMap;
 use crate::world::World;
 use crate::world::outline::Outline;
 use hemilux_scene::geom::Vec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A zone is bright if its irradiance is this many times the mean over the scene's lit surfaces.
 const OUTSHINES: f64 = 10.0;
@@ -65,10 +65,15 @@ impl Bright {
             return bright;
         }
         let mut pieces: HashMap<u32, Vec<[Vec3; 3]>> = HashMap::new();
+        // Cells of quadrics are curved even where their corners lie in one plane.
+        let mut curved: HashSet<u32> = HashSet::new();
         map.for_each_cell(world, |corners, zone| {
             if is_bright(2 * zone) || is_bright(2 * zone + 1) {
                 let fan = (2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]);
                 pieces.entry(zone).or_default().extend(fan);
+                if corners.len() > 3 {
+                    curved.insert(zone);
+                }
             }
         });
         // Flat ones by side and plane; the others stay alone.
@@ -79,7 +84,7 @@ impl Bright {
             let count = 3.0 * triangles.len().max(1) as f32;
             let centre = triangles.iter().flatten().sum::<Vec3>() / count;
             let zone = Zone { side, irradiance: e, area, centre, triangles };
-            match Outline::around(&zone.triangles) {
+            match Outline::around(&zone.triangles).filter(|_| !curved.contains(&(side / 2))) {
                 Some(outline) => {
                     planes.entry(plane(&outline, side & 1, map.target())).or_default().push(zone)
                 }
