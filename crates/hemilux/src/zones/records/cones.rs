@@ -253,7 +253,7 @@ pub(crate) fn direction_in_cone(axis: Vec3, height: f32, u: [f32; 2]) -> Vec3 {
 
 /// 1 − cos of a half-angle from its squared sine.
 #[inline]
-fn height_of(sin2: f32) -> f32 {
+pub(super) fn height_of(sin2: f32) -> f32 {
     let sin2 = sin2.min(1.0);
     (0.5 * sin2 * (1.0 + 0.25 * sin2)).clamp(1e-12, WIDEST)
 }
@@ -405,15 +405,15 @@ impl Expected {
 }
 
 /// How a candidate is seen: through which ball, and how much of that is expected to show the image, 0 to 1.
-struct View {
-    centre: Vec3,
-    radius2: f32,
-    seen: f32,
+pub(super) struct View {
+    pub centre: Vec3,
+    pub radius2: f32,
+    pub seen: f32,
 }
 
 impl Records {
     /// The view of a candidate from within `radius` of `x`; none if a patch is known to be beside every ray to its image.
-    fn view(&self, c: &Candidate, x: Vec3, radius: f32) -> Option<View> {
+    pub(super) fn view(&self, c: &Candidate, x: Vec3, radius: f32) -> Option<View> {
         if c.linear != NONE {
             let linear = &self.linears[c.linear as usize];
             return Some(View { centre: x + linear.dir(x), radius2: linear.sin2, seen: 1.0 });
