@@ -73,10 +73,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     report("V", &sorted(&|p| 0.5 * (p.zonal[0] - p.zonal[1]).powi(2)));
     report("M", &sorted(&|p| PAIR_SHARE as f64 * (p.corrected - p.zonal[0]).powi(2)));
-    let (zonal, corrected) =
-        (pairs.iter().map(|p| p.zonal_rays).sum::<u64>(), pairs.iter().map(|p| p.corrected_rays).sum::<u64>());
+    let (zonal, corrected) = (
+        pairs.iter().map(|p| p.zonal_rays).sum::<u64>(),
+        pairs.iter().map(|p| p.corrected_rays).sum::<u64>(),
+    );
     let residual = (corrected as f64 - zonal as f64) / n / PAIR_SHARE as f64;
-    println!("rays: zonal {:.1}, residuals at a share of 1 {residual:.1}; {time:.2?} for all pairs", zonal as f64 / n);
+    println!(
+        "rays: zonal {:.1}, residuals at a share of 1 {residual:.1}; {time:.2?} for all pairs",
+        zonal as f64 / n
+    );
     println!("{:?}", Study::of(&pairs));
     Ok(())
 }

@@ -97,7 +97,14 @@ impl<'a> Guide<'a> {
                 if next.delta {
                     let weight = next.weight * (1.0 / by_scattering);
                     let transmitted = next.transmitted;
-                    return Some(Next { wi: next.wi, weight, density: 0.0, delta: true, transmitted, eta: next.eta });
+                    return Some(Next {
+                        wi: next.wi,
+                        weight,
+                        density: 0.0,
+                        delta: true,
+                        transmitted,
+                        eta: next.eta,
+                    });
                 }
                 s.frame.to_world(next.wi).normalize()
             }

@@ -46,7 +46,8 @@ impl Chain {
         let met = self.met.get(..self.length).filter(|m| !m.is_empty())?;
         let (name, ..) = world.luminaires.identity(&world.scene, i)?;
         let forward = met.iter().rev();
-        let key = forward.fold(Key::new(name as u64), |key, (patch, through)| key.with(*patch).with(*through as u64));
+        let key = forward
+            .fold(Key::new(name as u64), |key, (patch, through)| key.with(*patch).with(*through as u64));
         Some(key.bits(0))
     }
 }
@@ -67,9 +68,7 @@ impl Origin<'_> {
     /// What luminaire `i` counts where the path's own ray meets it by `chain`.
     pub fn share(&self, world: &World, chain: &Chain, i: u32) -> f32 {
         match chain.name(world, i) {
-            Some(name) => {
-                power_heuristic(self.density, self.picks * self.around.density(name, self.w))
-            }
+            Some(name) => power_heuristic(self.density, self.picks * self.around.density(name, self.w)),
             None => 1.0,
         }
     }

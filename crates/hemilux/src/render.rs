@@ -366,7 +366,8 @@ impl<'a> Renderer<'a> {
         out.radiance = match self.options.mode {
             Mode::Path => {
                 let walker = Walker { max_depth: self.options.max_depth, ..Walker::path(self.world) };
-                let start = Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, worth: 0.0 };
+                let start =
+                    Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, worth: 0.0 };
                 walker.field_radiance_from(start, first, sampler, tally)
             }
             Mode::Zonal | Mode::Corrected | Mode::Zones => self.specular_tree(ray, first, sampler, tally),

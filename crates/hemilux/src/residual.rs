@@ -15,7 +15,8 @@ use rayon::prelude::*;
 
 /// Share of residuals in pairs.
 pub const PAIR_SHARE: f32 = 0.25;
-/// Shares are within these: residuals that never come never correct, and more than half seldom pays.
+/// Shares are within these: residuals that never come never correct, and more than half seldom pays. In pictures the share is that of
+/// a gather ray that brings what is expected of it; others have more or less ([`crate::transport`]), no more in the mean.
 const SHARES: (f64, f64) = (0.02, 0.5);
 
 /// One pair of estimates (luminance) of one thing, and a second zonal one with other random numbers.

@@ -20,8 +20,8 @@ use crate::sampler::Sampler;
 use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
-use hemilux_scene::Rgb;
 use correction::End;
+use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
 /// A zone is trusted from this many of its radii on.
@@ -136,7 +136,6 @@ impl Residual {
     }
 }
 
-
 /// Everything a walk needs to know.
 #[derive(Clone, Copy)]
 pub struct Walker<'a> {
@@ -174,7 +173,14 @@ pub struct Start {
 impl<'a> Walker<'a> {
     /// A path tracer without limit.
     pub fn path(world: &'a World) -> Walker<'a> {
-        Walker { world, zones: None, steer: None, max_depth: u32::MAX, residual: Residual::NONE, generation: 0 }
+        Walker {
+            world,
+            zones: None,
+            steer: None,
+            max_depth: u32::MAX,
+            residual: Residual::NONE,
+            generation: 0,
+        }
     }
 
     /// The solution that steers gathers.
@@ -277,7 +283,8 @@ impl<'a> Walker<'a> {
             }
             let bsdf = self.world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, depth, start.worth * beta.max(), sampler, tally);
+            let (zonal, going_on) =
+                self.end_on_zone(&s, &bsdf, wo, travelled, depth, start.worth * beta.max(), sampler, tally);
             radiance += beta * zonal;
             let narrow;
             let on = match going_on {
@@ -306,7 +313,8 @@ impl<'a> Walker<'a> {
                 radiance += beta * self.direct(&s, &at, on, guide.as_ref(), wo, sampler, tally);
             }
             if let Some(around) = &around {
-                radiance += beta * self.virtual_direct(&s, on, guide.as_ref(), around, wo, depth, sampler, tally);
+                radiance +=
+                    beta * self.virtual_direct(&s, on, guide.as_ref(), around, wo, depth, sampler, tally);
             }
             let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
             let wi = s.frame.to_world(next.wi).normalize();

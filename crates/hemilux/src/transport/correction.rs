@@ -22,29 +22,17 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
 /// A residual is at least so probable, against that of a ray that brings what is expected of it; half of it for each generation.
-const LEAST: f32 = 0.05;
+const LEAST: f32 = 0.02;
 /// Residuals at one end at most.
 const MOST: f32 = 4.0;
 /// Share of residuals within residuals.
 const AGAIN: f32 = 1.0;
 /// Residuals within one another; beyond, paths are plain.
-const GENERATIONS: u32 = 6;
+const GENERATIONS: u32 = 3;
 /// Single images that are picked at a vertex.
 const PICKS: u32 = 4;
 /// Stream of a vertex's residual below the walk's own random numbers.
 const RESIDUAL_STREAM: u32 = 0xc0_44ec;
-
-/// XXX
-pub(crate) fn tune(i: usize, default: f32) -> f32 {
-    static T: std::sync::OnceLock<Vec<f32>> = std::sync::OnceLock::new();
-    let t = T.get_or_init(|| {
-        std::env::var("HX").unwrap_or_default().split(',').map(|v| v.parse().unwrap_or(f32::NAN)).collect()
-    });
-    t.get(i).copied().filter(|v| !v.is_nan()).unwrap_or(default)
-}
-fn picks() -> u32 {
-    tune(0, PICKS as f32) as u32
-}
 
 /// Where a walk ends on a zone.
 pub(super) struct End<'b> {
@@ -86,9 +74,9 @@ impl<'a> Walker<'a> {
     /// Mean number of residuals where a zone brings `part` of what is expected, if that is `known`: noise is least for its cost if
     /// they are in proportion.
     fn probability(&self, part: f32, known: bool) -> f32 {
-        let share = if self.generation == 0 { self.residual.share } else { tune(1, AGAIN) };
-        let least = tune(2, LEAST) / (1u32 << self.generation.min(16)) as f32;
-        if known { share * part.max(least).min(tune(3, MOST)) } else { share }
+        let share = if self.generation == 0 { self.residual.share } else { AGAIN };
+        let least = LEAST / (1u32 << self.generation.min(16)) as f32;
+        if known { share * part.max(least).min(MOST) } else { share }
     }
 
     /// The surface radiance by diffuse lobes, continued as a path: luminaire sampling and a bounce, shared by the power
@@ -118,7 +106,7 @@ impl<'a> Walker<'a> {
         let arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
         let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: depth + 1, worth };
         let generation = self.generation + 1;
-        let ends_on_zones = generation < tune(4, GENERATIONS as f32) as u32;
+        let ends_on_zones = generation < GENERATIONS;
         let zones = self.zones.filter(|_| ends_on_zones);
         let path = Walker { zones, steer: self.guide(), generation, ..*self };
         let picked = around.map(|around| self.origin(around, wi, next.density));
@@ -129,7 +117,7 @@ impl<'a> Walker<'a> {
 
     /// A vertex where images of `around` were picked and from which the walk goes on along `w`.
     pub(super) fn origin(&self, around: Around<'a>, w: Vec3, density: f32) -> Origin<'a> {
-        Origin { around, picks: picks() as f32, w, density }
+        Origin { around, picks: PICKS as f32, w, density }
     }
 
     /// Virtual luminaires at `s`, by single images of `around`, weighted against the walk's own ray.
@@ -146,9 +134,8 @@ impl<'a> Walker<'a> {
     ) -> Rgb {
         let mut sum = Rgb::BLACK;
         let shift = sampler.next1();
-        let picks = picks();
-        for k in 0..picks {
-            let u = (k as f32 + shift) / picks as f32;
+        for k in 0..PICKS {
+            let u = (k as f32 + shift) / PICKS as f32;
             let v = sampler.next2();
             let Some(picked) = around.pick(u, v) else { continue };
             let wi = s.frame.to_local(picked.w);
@@ -161,7 +148,7 @@ impl<'a> Walker<'a> {
             }
             let own = bsdf.pdf_solid_angle(wo, wi);
             let own = guide.map_or(own, |g| g.density(picked.w, own));
-            let density = picks as f32 * picked.density;
+            let density = PICKS as f32 * picked.density;
             let most = self.max_depth.min(super::LONGEST_WALK).saturating_sub(depth + 1);
             let from = (s.leave(picked.w), picked.w);
             let met = radiance_by_chain(self.world, from, picked.name, most, sampler, tally);

@@ -130,7 +130,9 @@ impl Around<'_> {
     fn density_of(&self, image: &Image, w: Vec3) -> f32 {
         match self.cone(image) {
             // 1 − cos by the chord.
-            Some((axis, height)) if 0.5 * (w - axis).length_squared() <= height => image.share / (TAU * height),
+            Some((axis, height)) if 0.5 * (w - axis).length_squared() <= height => {
+                image.share / (TAU * height)
+            }
             _ => 0.0,
         }
     }
