@@ -98,7 +98,7 @@ def mirrored(x, axes, radius, radiance, reflectance):
         d, weight = rays(u)
         value, nearest = chains(origin, d, axes, radius, reflectance)
         cells = (value > 0).sum()
-        if cells > 30_000 or level > 24:
+        if cells > 100_000 or level > 24:
             return radiance * (value * weight).sum() * size**2, cells
         # How fast the closest approach changes over a cell: twice what its neighbours differ by, as met in this level.
         e = 0.5 * size

@@ -197,7 +197,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub solution: SolutionArgs,
     /// Gather rays per visible point
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub gather_rays: u32,
     /// Shadow rays per visible point
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65536))]
@@ -230,10 +230,10 @@ fn named<T: Copy + Send + Sync + 'static>(
 /// How the zonal solution is made.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct SolutionArgs {
-    /// Most zones [default: 60000]
+    /// Most zones [default: 60000; with --time above 10 s: in proportion, up to 480000 (render)]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub zone_budget: Option<u64>,
-    /// Most light particles [default: 2097152; with --time: as many as 15 % of it allow]
+    /// Most light particles [default: 2097152; with --time: as many as 10 % of it allow; more where gathers are surprised (render)]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub particles: Option<u64>,
 }

@@ -1,5 +1,6 @@
 //! Films on disk: checkpoints of a render, and what a run that goes on from one must have in common with it.
 
+use crate::args::SolutionArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::talk::Talk;
@@ -97,14 +98,9 @@ pub fn single_source(path: &Path, file: &FilmFile) -> Result<Source, Failure> {
     }
 }
 
-/// That the run asks for the samples and the zones of the file. `particles`: what was asked for, if anything.
-pub fn check_source(
-    path: &Path,
-    source: &Source,
-    seed: u64,
-    solution: &ZoneOptions,
-    particles: Option<u64>,
-) -> Result<(), Failure> {
+/// That the run asks for the samples and the zones of the file. What the command line does not say of the zones is taken from
+/// the file.
+pub fn check_source(path: &Path, source: &Source, seed: u64, asked: &SolutionArgs) -> Result<(), Failure> {
     let differs = |what: &'static str, theirs: u64, ours: u64| {
         let (theirs, ours) = (theirs.to_string(), ours.to_string());
         Err(refused(path, &FilmFileError::Differs { what, theirs, ours }))
@@ -113,11 +109,11 @@ pub fn check_source(
         return differs("seed", source.seed, seed);
     }
     match source.zones {
-        ZoneSource::Solved { budget, .. } if budget != solution.budget => {
-            differs("zone budget", budget as u64, solution.budget as u64)
+        ZoneSource::Solved { budget, .. } if asked.zone_budget.is_some_and(|n| n != budget as u64) => {
+            differs("zone budget", budget as u64, asked.zone_budget.unwrap_or(0))
         }
-        ZoneSource::Solved { particles: theirs, .. } if particles.is_some_and(|n| n != theirs) => {
-            differs("number of particles", theirs, particles.unwrap_or(0))
+        ZoneSource::Solved { particles, .. } if asked.particles.is_some_and(|n| n != particles) => {
+            differs("number of particles", particles, asked.particles.unwrap_or(0))
         }
         _ => Ok(()),
     }

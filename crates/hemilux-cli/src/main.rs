@@ -24,6 +24,7 @@ mod pilot;
 mod plan;
 mod probe;
 mod progress;
+mod prologue;
 mod radiance;
 mod render;
 mod report;

@@ -17,8 +17,14 @@ use std::time::Duration;
 const MOST_PARTICLES: u64 = 1 << 32;
 /// Share of the physical memory that a film may take.
 const FILM_SHARE: f64 = 0.6;
-/// Share of the time after loading that goes to particles.
-const PARTICLE_SHARE: f64 = 0.15;
+/// Share of the time after loading that goes to particles, and with those that surprise asks for.
+const PARTICLE_SHARES: [f64; 2] = [0.1, 0.14];
+/// Particles are doubled so often at most where surprise asks for it.
+const MOST_DOUBLINGS: u32 = 2;
+/// Limit of time for which the default number of zones is meant; longer ones have more in proportion, ...
+const ZONES_FOR: f64 = 10.0;
+/// ... up to this many times as many.
+const MOST_ZONES: f64 = 8.0;
 
 /// When a render ends.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,10 +74,11 @@ impl Budget {
         format!("{}{hint}", words.join(" or "))
     }
 
-    /// When the particles end that began at `from` (all since the start of the program), writing kept free.
-    pub fn particle_deadline(&self, from: Duration, writing: Duration) -> Option<Duration> {
+    /// When the particles end that began at `from` (all since the start of the program), and when those that surprise asks for do;
+    /// writing is kept free.
+    pub fn particle_deadlines(&self, from: Duration, writing: Duration) -> Option<[Duration; 2]> {
         let left = self.time?.saturating_sub(writing).saturating_sub(from);
-        Some(from + left.mul_f64(PARTICLE_SHARE))
+        Some(PARTICLE_SHARES.map(|share| from + left.mul_f64(share)))
     }
 }
 
@@ -97,6 +104,8 @@ pub struct Plan {
     pub options: RenderOptions,
     /// What shapes the zonal solution.
     pub solution: ZoneOptions,
+    /// Particles, however much surprise asks for; `None`: their number was given.
+    pub most_particles: Option<u64>,
     /// When to end.
     pub budget: Budget,
 }
@@ -122,9 +131,14 @@ impl Plan {
             GatherPlan { rays: args.gather_rays, shadow_rays: args.shadow_rays, strategy: args.strategy };
         let options = RenderOptions { mode: args.mode, plan, seed: args.seed, max_depth };
         let budget = Budget::resolve(args);
-        let solution =
-            solution(args.solution.zone_budget, args.solution.particles, args.seed, budget.time.is_some())?;
-        Ok(Plan { size, region, options, solution, budget })
+        let asked = args.solution;
+        let mut solution = solution(asked.zone_budget, asked.particles, args.seed, budget.time.is_some())?;
+        if let (None, Some(time)) = (asked.zone_budget, budget.time) {
+            solution.budget = zones_for(time);
+        }
+        let most = ZoneOptions::default().particles << MOST_DOUBLINGS;
+        let most_particles = asked.particles.is_none().then_some(most);
+        Ok(Plan { size, region, options, solution, most_particles, budget })
     }
 }
 
@@ -146,6 +160,12 @@ impl Plan {
         let film = if film { crate::checkpoint::writing_time(pixels) } else { Duration::ZERO };
         output::writing_time(targets, pixels, screen) + film
     }
+}
+
+/// Zones for a picture of so much time: where noise falls as one over its square root, so should the width of zones.
+fn zones_for(time: Duration) -> u32 {
+    let times = (time.as_secs_f64() / ZONES_FOR).clamp(1.0, MOST_ZONES);
+    (ZoneOptions::default().budget as f64 * times) as u32
 }
 
 /// The options of a zonal solution; a time limit instead of a count lets particles run on.
@@ -210,9 +230,16 @@ mod tests {
             is_default: false,
         };
         let s = Duration::from_secs;
-        let end = budget.particle_deadline(s(2), s(1)).unwrap();
-        assert!((end.as_secs_f64() - (2.0 + 0.15 * 7.0)).abs() < 1e-9);
-        assert_eq!(budget.particle_deadline(s(11), s(1)), Some(s(11)));
+        let end = budget.particle_deadlines(s(2), s(1)).unwrap();
+        assert!((end[0].as_secs_f64() - (2.0 + 0.1 * 7.0)).abs() < 1e-9);
+        assert!((end[1].as_secs_f64() - (2.0 + 0.14 * 7.0)).abs() < 1e-9);
+        assert_eq!(budget.particle_deadlines(s(11), s(1)), Some([s(11); 2]));
+    }
+
+    #[test]
+    fn zones_grow_with_the_time_within_bounds() {
+        let n = |t: u64| zones_for(Duration::from_secs(t));
+        assert_eq!([n(1), n(10), n(30), n(80), n(100_000)], [60_000, 60_000, 180_000, 480_000, 480_000]);
     }
 
     #[test]

@@ -7,18 +7,20 @@ use crate::interrupt::Interrupt;
 use crate::output::{self, Header};
 use crate::plan::{Plan, seconds};
 use crate::progress::{Look, Progress, percent};
+use crate::prologue::{Work, line};
 use crate::talk::Talk;
 use crate::values::Size;
 use crate::{hints, load, machine, pilot, radiance, report};
-use hemilux::checkpoint::{FilmFile, FilmFileError, Origin, Source, ZoneSource};
+use hemilux::checkpoint::{FilmFile, FilmFileError, Origin, Source};
 use hemilux::film::Film;
 use hemilux::picture;
+use hemilux::prologue::{SURPRISED, Seen};
 use hemilux::render::{DEFAULT_SHARE, Mode, Renderer};
 use hemilux::residual::Study;
 use hemilux::strategies;
 use hemilux::transport::Residual;
 use hemilux::world::World;
-use hemilux::zones::{ZoneOptions, Zones};
+use hemilux::zones::Zones;
 use hemilux_scene::hints::Hints;
 use serde_json::json;
 use std::fmt;
@@ -81,11 +83,15 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     }
 
     interrupt.arm();
+    let mut seen = Vec::new();
     let zones = match plan.options.mode.needs_zones() {
         false => None,
         true => {
             let work = Work { args: &args, plan: &plan, world: &world, begin, writing };
-            Some(work.zonal_solution(resumed.as_ref(), &interrupt, &mut progress)?)
+            let resumed = resumed.as_ref().map(|r| (r.path.as_path(), &r.source.zones));
+            let made = work.zonal_solution(resumed, &interrupt, &mut progress)?;
+            seen = made.seen;
+            Some(made.zones)
         }
     };
     let deadline = plan.budget.time.map(|t| begin + t.saturating_sub(writing));
@@ -144,7 +150,11 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
     progress.stage("render");
     let source = Source {
         seed: plan.options.seed,
-        zones: checkpoint::zone_source(zones.as_ref(), args.zones.is_some(), &plan.solution),
+        // What a film says of its solution holds on, whatever this run would have planned.
+        zones: resumed.as_ref().map_or_else(
+            || checkpoint::zone_source(zones.as_ref(), args.zones.is_some(), &plan.solution),
+            |r| r.source.zones,
+        ),
         prologue: hints::fingerprint(given.as_ref()),
     };
     let mut run = Run {
@@ -154,6 +164,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         zones: zones.as_ref(),
         given: given.as_ref(),
         study,
+        seen: &seen,
         residual: origin.residual,
         samples: Samples::default(),
         rays: 0,
@@ -212,6 +223,7 @@ pub fn run(args: RenderArgs, begin: Instant) -> Result<(), Failure> {
         machine::count(rays as f64),
         error.map_or(String::new(), |e| format!(", typical error of a pixel {}", percent(e)))
     ));
+    summary.extend(zones.as_ref().and_then(|z| line(&seen, z.particles, plan.budget.time.is_some())));
     summary.extend(hints::lines(&world));
     let progress_times = progress.times();
     progress.end(
@@ -277,8 +289,7 @@ impl Resumed {
                 &FilmFileError::Differs { what: "file of hints", theirs, ours },
             ));
         }
-        let particles = args.solution.particles;
-        checkpoint::check_source(&self.path, &self.source, plan.options.seed, &plan.solution, particles)
+        checkpoint::check_source(&self.path, &self.source, plan.options.seed, &args.solution)
     }
 }
 
@@ -378,87 +389,6 @@ fn stopped_short(
     }
 }
 
-/// What the stages of a render share.
-struct Work<'a> {
-    args: &'a RenderArgs,
-    plan: &'a Plan,
-    world: &'a World,
-    begin: Instant,
-    writing: Duration,
-}
-
-impl Work<'_> {
-    fn zonal_solution(
-        &self,
-        resumed: Option<&Resumed>,
-        interrupt: &Interrupt,
-        progress: &mut Progress,
-    ) -> Result<Zones, Failure> {
-        progress.stage("zones");
-        let zones = match (&self.args.zones, resumed.map(|r| r.source.zones)) {
-            (Some(path), _) => read_zones(path, self.world)?,
-            // The very particles of the run before, whatever ended them then.
-            (None, Some(ZoneSource::Solved { budget, planned, particles, seed, .. })) => {
-                let options = ZoneOptions { budget, particles: planned, seed };
-                solve(self.world, &options, None, Some(particles), interrupt, progress)
-            }
-            _ => {
-                let deadline = self.plan.budget.particle_deadline(self.begin.elapsed(), self.writing);
-                let deadline = deadline.map(|d| self.begin + d);
-                solve(self.world, &self.plan.solution, deadline, None, interrupt, progress)
-            }
-        };
-        if let Some(resumed) = resumed {
-            if interrupt.asked() {
-                return Err(Interrupt::failure("before the zones were there; nothing is written"));
-            }
-            let checked = resumed.source.zones.check(Some(&zones));
-            checked.map_err(|e| checkpoint::refused(&resumed.path, &e))?;
-        }
-        let (median, _) = zones.relative_errors();
-        progress.remark(format!(
-            "{} zones, {} particles, median error {}",
-            machine::count(zones.map().len() as f64),
-            machine::count(zones.particles as f64),
-            percent(median)
-        ));
-        Ok(zones)
-    }
-}
-
-/// Solve until the particles, the time or the user's patience end; with `traced`, until so many particles, which is where
-/// an earlier run ended.
-pub fn solve(
-    world: &World,
-    options: &ZoneOptions,
-    deadline: Option<Instant>,
-    traced: Option<u64>,
-    interrupt: &Interrupt,
-    progress: &mut Progress,
-) -> Zones {
-    let since = Instant::now();
-    Zones::solve_until(world, options, |particles| {
-        let by_count = particles as f64 / traced.unwrap_or(options.particles) as f64;
-        let by_time = deadline.map_or(0.0, |d| {
-            let all = d.saturating_duration_since(since).as_secs_f64();
-            if all > 0.0 { since.elapsed().as_secs_f64() / all } else { 1.0 }
-        });
-        progress.look(Look { done: by_count.max(by_time).min(1.0), rays: particles, ..Look::default() });
-        // A solution without any particle would be a black one.
-        let enough = traced.is_some_and(|n| particles >= n);
-        interrupt.asked() || enough || (by_time >= 1.0 && particles > 0)
-    })
-}
-
-fn read_zones(path: &Path, world: &World) -> Result<Zones, Failure> {
-    let failed = |what: String| Failure::input(format!("{}: {what}", path.display()));
-    let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
-    Zones::read(world, &bytes).map_err(|e| failed(e.to_string()))
-}
-
-/// Surprise beyond this share is told.
-const SURPRISED: f64 = 0.03;
-
 /// What there is to know about a finished render.
 struct Run<'a> {
     args: &'a RenderArgs,
@@ -467,6 +397,8 @@ struct Run<'a> {
     zones: Option<&'a Zones>,
     given: Option<&'a Hints>,
     study: Option<Study>,
+    /// What pilots of the particles saw.
+    seen: &'a [Seen],
     residual: f32,
     samples: Samples,
     rays: u64,
@@ -573,6 +505,7 @@ impl Run<'_> {
             json!({
                 "count": z.map().len(), "particles": z.particles, "rays": z.ledger.rays,
                 "relative_error_median": median, "relative_error_95": high,
+                "pilots": self.seen.iter().map(|s| json!({"particles": s.particles, "surprise": s.surprise})).collect::<Vec<_>>(),
             })
         });
         let bias = self.study.map(|s| {

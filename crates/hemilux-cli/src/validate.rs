@@ -103,7 +103,7 @@ fn in_a_line(row: &Row) -> String {
     )
 }
 
-const MEANING: &str = "Value and 95 % interval (for exact cases the tolerance) beside the reference, a closed form. \
+const MEANING: &str = "Value and 95 % interval (for exact cases the tolerance) beside the reference, a closed form or a bound. \
                        z is the distance in standard errors of the value";
 
 fn as_markdown(rows: &[Row], time: Duration) -> String {
@@ -142,6 +142,7 @@ fn as_html(rows: &[Row], time: Duration) -> String {
          table {{ border-collapse: collapse; width: 100% }}\n\
          td, th {{ padding: .2em .6em; text-align: right; border-bottom: 1px solid #ddd; font-variant-numeric: tabular-nums }}\n\
          td:first-child, th:first-child, td:last-child, th:last-child {{ text-align: left }}\n\
+         td {{ white-space: nowrap }} td:first-child, td:last-child {{ white-space: normal }}\n\
          .pass td:last-child {{ background: #d8f0d8 }} .fail td {{ background: #f8c8c8 }} .missing td {{ background: #f8c8c8 }}\n\
          </style>\n<h1>Validation of hemilux {}</h1>\n<p><b>{}.</b></p>\n<p>{MEANING}; a case passes below {LIMIT}, and only if \
          it can tell the reference from a plausible wrong answer.</p>\n",

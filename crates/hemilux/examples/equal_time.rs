@@ -2,18 +2,20 @@
 //!
 //!     cargo run --release -p hemilux --example equal_time -- SCENE.pbrt REFERENCE.exr [option=value]...
 //!
-//! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=16`,
-//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=60000`, `particles=` (most), `share=0.15` (of the time, for particles),
+//! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=32`,
+//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=` (zones; 60000 for 10 s and less), `particles=` (most), `share=0.1`
+//! (of the time, for particles), `grown=0.14` (the same where pilots are surprised; 0: no pilots),
 //! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
 //! a `.rad` scene is read too. Beside a file called
 //! `reference.exr`, its halves and mask are used.
 
 use hemilux::film::Film;
 use hemilux::gather::{GatherPlan, Strategy};
+use hemilux::prologue::{self, Limits};
 use hemilux::render::{Mode, RenderOptions, Renderer, Stop};
 use hemilux::transport::Residual;
 use hemilux::world::World;
-use hemilux::zones::{ZoneOptions, Zones};
+use hemilux::zones::ZoneOptions;
 use hemilux_image::metrics::{Reference, compare, fireflies};
 use hemilux_image::{Image, tone};
 use hemilux_scene::import::{LoadOptions, load};
@@ -56,12 +58,14 @@ fn main() -> Result<(), Failure> {
     );
     let references = References::open(Path::new(reference_path))?;
     let seconds: f64 = option("seconds", "10").parse()?;
-    let share: f64 = option("share", "0.15").parse()?;
+    let share: f64 = option("share", "0.1").parse()?;
+    let grown: f64 = option("grown", "0.14").parse()?;
+    let default_budget = (60_000.0 * (seconds / 10.0).clamp(1.0, 8.0)) as u32;
     let passes: u32 = option("spp", "4294967295").parse()?;
     let strategy = option("strategy", "adaptive");
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
     let plan = GatherPlan {
-        rays: option("gather", "16").parse()?,
+        rays: option("gather", "32").parse()?,
         shadow_rays: option("shadow", "8").parse()?,
         strategy,
     };
@@ -71,16 +75,20 @@ fn main() -> Result<(), Failure> {
         let start = Instant::now();
         let deadline = (passes == u32::MAX).then(|| start + Duration::from_secs_f64(seconds));
         let zone_options = ZoneOptions {
-            budget: option("budget", "60000").parse()?,
+            budget: option("budget", &default_budget.to_string()).parse()?,
             particles: option("particles", "100000000").parse()?,
             seed: 0,
         };
-        let stop_particles = start + Duration::from_secs_f64(seconds * share);
-        let zones = (mode != Mode::Path)
-            .then(|| Zones::solve_until(&world, &zone_options, |_| Instant::now() >= stop_particles));
-        let zone_time = start.elapsed();
         let options = RenderOptions { mode, plan, seed: option("seed", "0").parse()?, max_depth };
-        let mut renderer = Renderer::new(&world, zones.as_ref(), width, height, options);
+        let deadlines = [share, grown].map(|share| start + Duration::from_secs_f64(seconds * share));
+        let most = (grown > share).then_some(1 << 23);
+        let limits = Limits { most, deadlines: Some(deadlines) };
+        let picture = (options, [width, height]);
+        let prologue =
+            (mode != Mode::Path).then(|| prologue::solve(&world, &zone_options, picture, &limits, |_| false));
+        let zones = prologue.as_ref().map(|p| &p.zones);
+        let zone_time = start.elapsed();
+        let mut renderer = Renderer::new(&world, zones, width, height, options);
         if mode == Mode::Corrected {
             // As the command does; the time counts.
             let study = renderer.study([0, width, 0, height], 8192);
@@ -105,7 +113,7 @@ fn main() -> Result<(), Failure> {
             c.mean_ratio[2],
             outcome.rays as f64 / 1e6 / (time - zone_time.as_secs_f64()),
         );
-        if let Some(z) = &zones {
+        if let Some(z) = zones {
             let (median, high) = z.relative_errors();
             println!(
                 "       | {} zones, target {:.4} m, {} particles, zone error median {median:.3}, 95 % {high:.3}",
@@ -123,7 +131,8 @@ fn main() -> Result<(), Failure> {
         });
         println!("       | picture mean (G) {:.6} ± {:.6}", sum / n, squares.sqrt() / n);
         if let Some(u) = renderer.surprise() {
-            println!("       | surprise {:.4}", u);
+            let seen = prologue.as_ref().map_or(&[][..], |p| &p.seen);
+            println!("       | surprise {u:.4}, of pilots {seen:?}");
         }
         let flies = fireflies(&image, &references.whole, 20.0)?;
         println!(

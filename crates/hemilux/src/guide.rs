@@ -89,8 +89,13 @@ impl<'a> Guide<'a> {
     pub fn sample(&self, s: &Surface, bsdf: &Bsdf, wo: Vec3, sampler: &mut Sampler) -> Option<Next> {
         let (pick, u_part, u) = (sampler.next1(), sampler.next1(), sampler.next2());
         let [by_cones, by_prediction, by_scattering] = self.shares;
+        let mut missed = 0.0;
         let w = match (&self.cones, &self.prediction) {
-            (Some(cones), _) if pick < by_cones => cones.sample(u_part, u),
+            (Some(cones), _) if pick < by_cones => {
+                let drawn = cones.sample(u_part, u)?;
+                missed = by_cones * drawn.1;
+                drawn.0
+            }
             (_, Some(prediction)) if pick < by_cones + by_prediction => prediction.sample(u).0,
             _ => {
                 let next = bsdf.sample(wo, u_part, u, Quantity::Radiance)?;
@@ -111,7 +116,7 @@ impl<'a> Guide<'a> {
         };
         let wi = s.frame.to_local(w);
         let f = bsdf.eval(wo, wi, Quantity::Radiance) * wi.z.abs();
-        let density = self.density(w, bsdf.pdf_solid_angle(wo, wi));
+        let density = self.density(w, bsdf.pdf_solid_angle(wo, wi)) + missed;
         (!f.is_black() && density > 0.0).then(|| Next {
             wi,
             weight: f * (1.0 / density),

@@ -18,6 +18,7 @@ mod guide;
 pub mod hints;
 mod images;
 pub mod picture;
+pub mod prologue;
 pub mod render;
 pub mod residual;
 pub mod sampler;

@@ -4,6 +4,7 @@
 //! the picture is the same for any number of threads; every tile ends at a pass boundary, where a run may be stopped.
 
 use crate::adaptive::Rates;
+use crate::bsdf::Bsdf;
 use crate::film::{Film, Sample, Tile};
 use crate::gather::{GatherPlan, gather};
 use crate::residual::{Pair, Study, pairs, study};
@@ -14,6 +15,7 @@ use crate::world::{Surface, World};
 use crate::zones::Zones;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
+use hemiquad::points::{Key, sobol};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
@@ -118,6 +120,9 @@ pub struct Renderer<'a> {
 pub const DEFAULT_SHARE: f32 = 0.1;
 /// Seconds of work between two looks at clock and user.
 const PORTION: f64 = 0.5;
+/// Camera rays of a sample that ask what shines by itself: at these shifts of its place in the pixel; the first also gathers.
+const GLANCE: [[f32; 2]; GLANCES] = [[0.0, 0.0], [0.25, 0.5], [0.5, 0.75], [0.75, 0.25]];
+const GLANCES: usize = 4;
 /// A branch of the camera's specular tree counts at least this much, or survives by roulette.
 const THINNEST_BRANCH: f32 = 0.05;
 /// Branches waiting at once.
@@ -328,8 +333,22 @@ impl<'a> Renderer<'a> {
             let mut sampler = Sampler::new(self.options.seed, pixel, pass);
             let (u_film, u_lens) = (sampler.next2(), sampler.next2());
             let ray = self.lens.ray(x, y, u_film, u_lens);
-            let mut sample = self.sample(&ray, &mut sampler, tally);
-            sample.radiance *= ray.weight * self.world.scene.film.scale;
+            let (mut sample, shone) = self.parts(&ray, &mut sampler, tally);
+            sample.radiance *= ray.weight;
+            sample.radiance += match self.options.mode {
+                Mode::Path | Mode::Zones => shone * ray.weight,
+                // What shines is small and bright where it is seen in curved glass, and cheap to ask for.
+                Mode::Zonal | Mode::Corrected => {
+                    let more = (1..GLANCES).map(|k| {
+                        let shifted = [0, 1].map(|i: usize| (u_film[i] + GLANCE[k][i]).fract());
+                        let ray = self.lens.ray(x, y, shifted, u_lens);
+                        self.shone(&ray, &mut sampler.branch(k as u32), tally) * ray.weight
+                    });
+                    let all = more.fold(shone * ray.weight, |sum, v| sum + v);
+                    all * (1.0 / GLANCES as f32)
+                }
+            };
+            sample.radiance *= self.world.scene.film.scale;
             sample
         };
         let first = pass.wrapping_mul(several);
@@ -353,8 +372,38 @@ impl<'a> Renderer<'a> {
         (all > 0.0).then(|| part / all)
     }
 
+    /// The same of a pilot: `samples` camera samples all over the picture, whose values are thrown away. A function of this renderer
+    /// alone; 0 if nothing was gathered.
+    pub fn pilot_surprise(&self, samples: usize) -> f64 {
+        let key = Key::new(self.options.seed).with(0x5a_9415e);
+        let [width, height] = self.size;
+        let tallies: Vec<[f64; 2]> = (0..samples as u64)
+            .into_par_iter()
+            .map(|i| {
+                let (at, mut tally) = (key.with(i), Tally::default());
+                let on = |u: f32, n: u32| ((u * n as f32) as u32).min(n.saturating_sub(1));
+                let place = sobol(i as u32, key);
+                let mut sampler = Sampler::new(at.bits64(0), 0, 0);
+                let (u_film, u_lens) = (sampler.next2(), sampler.next2());
+                let ray = self.lens.ray(on(place.u, width), on(place.v, height), u_film, u_lens);
+                self.sample(&ray, &mut sampler, &mut tally);
+                [tally.gathered, tally.surprise]
+            })
+            .collect();
+        let [all, part] = tallies.iter().fold([0.0, 0.0], |s, t| [s[0] + t[0], s[1] + t[1]]);
+        if all > 0.0 { part / all } else { 0.0 }
+    }
+
     /// One camera sample, unweighted.
     pub fn sample(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Sample {
+        let (mut sample, shone) = self.parts(ray, sampler, tally);
+        sample.radiance += shone;
+        sample
+    }
+
+    /// One camera sample, unweighted, and apart from it what shines by itself along the ray, straight or in mirrors and glass
+    /// (in mode `path` all in the sample).
+    fn parts(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> (Sample, Rgb) {
         let mut out = Sample::default();
         tally.rays += 1;
         let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
@@ -363,6 +412,7 @@ impl<'a> Renderer<'a> {
             out.normal = s.frame.n.to_array();
             out.albedo = self.world.bsdf(s).albedo(s.frame.to_local(s.wo));
         }
+        let mut shone = Rgb::BLACK;
         out.radiance = match self.options.mode {
             Mode::Path => {
                 let walker = Walker { max_depth: self.options.max_depth, ..Walker::path(self.world) };
@@ -370,25 +420,49 @@ impl<'a> Renderer<'a> {
                     Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, worth: 0.0 };
                 walker.field_radiance_from(start, first, sampler, tally)
             }
-            Mode::Zonal | Mode::Corrected | Mode::Zones => self.specular_tree(ray, first, sampler, tally),
+            Mode::Zonal | Mode::Corrected | Mode::Zones => {
+                let walker = self.walker();
+                let mut gathered = Rgb::BLACK;
+                let mut scatters =
+                    |s: &Surface, bsdf: &Bsdf, beta: Rgb, sampler: &mut Sampler, tally: &mut Tally| {
+                        gathered += beta
+                            * match self.options.mode {
+                                Mode::Zones => self.zone_radiance(s),
+                                _ => {
+                                    let plan = self.options.plan.scaled(beta.max());
+                                    gather(&walker, s, bsdf, &plan, sampler, tally)
+                                }
+                            };
+                    };
+                shone = self.specular_tree(ray, first, &mut scatters, sampler, tally);
+                gathered
+            }
         };
-        out
+        (out, shone)
     }
 
-    /// Follow mirrors and glass from the camera, both ways at each interface, and gather where they end.
+    fn walker(&self) -> Walker<'_> {
+        Walker { zones: self.zones, steer: self.steer, residual: self.residual, ..Walker::path(self.world) }
+    }
+
+    /// What shines by itself along `ray`, straight or in mirrors and glass.
+    fn shone(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        tally.rays += 1;
+        let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
+        self.specular_tree(ray, first, &mut |_, _, _, _, _| (), sampler, tally)
+    }
+
+    /// Follow mirrors and glass from the camera, both ways at each interface: call `scatters` wherever something scatters otherwise,
+    /// with what the way there leaves, and return what shines on the way.
     fn specular_tree(
         &self,
         ray: &CameraRay,
         first: Option<Surface>,
+        scatters: &mut impl FnMut(&Surface, &Bsdf, Rgb, &mut Sampler, &mut Tally),
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Rgb {
-        let walker = Walker {
-            zones: self.zones,
-            steer: self.steer,
-            residual: self.residual,
-            ..Walker::path(self.world)
-        };
+        let walker = self.walker();
         let mut waiting: Vec<(Vec3, Vec3, Option<Surface>, Rgb, u32)> =
             vec![(ray.origin, ray.dir, first, Rgb::WHITE, 0)];
         let mut radiance = Rgb::BLACK;
@@ -400,14 +474,7 @@ impl<'a> Renderer<'a> {
             radiance += beta * walker.emission(&s, Arrival::Full);
             let bsdf = self.world.bsdf(&s);
             if bsdf.has_non_delta() {
-                radiance += beta
-                    * match self.options.mode {
-                        Mode::Zones => self.zone_radiance(&s),
-                        _ => {
-                            let plan = self.options.plan.scaled(beta.max());
-                            gather(&walker, &s, &bsdf, &plan, sampler, tally)
-                        }
-                    };
+                scatters(&s, &bsdf, beta, sampler, tally);
             }
             if !bsdf.has_delta() || depth >= LONGEST_CHAIN {
                 continue;

@@ -1,9 +1,9 @@
 //! Readings of sensors with an interval: irradiance at a point, or radiance along a direction.
 //!
 //! A reading is the mean of independent groups, each with random numbers of its own (and, over zones, a zonal solution of
-//! its own). The half-width is Student's at 95 % over the groups. Work comes in stages: a small pilot decides how much
-//! the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop does
-//! not shape the value (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
+//! its own). The half-width is Student's at 95 % over the groups, widened where gathers are skewed (`sense/moments.rs`). Work comes in stages (`sense/stopping.rs`): pilots decide how
+//! much the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop hardly
+//! shapes value and interval (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
 //! too few rays have met, the half-width also holds what those could add (the rule of three). The image of a sun could hide so
 //! well that this never ends; then scouts ([`crate::zones::scouts`]) look for it: what they have found elsewhere is searched
 //! for at the sensor, what they have not found is bounded by its flux. Over zones the value is **biased by the zones**
@@ -22,14 +22,17 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use hemiquad::points::Key;
 use hemiquad::student_975;
+use moments::Moments;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
+use stopping::{Aim, PILOT, Spread, Stage};
+
+mod moments;
+mod stopping;
 
 /// Independent groups behind every interval.
 pub const GROUPS: usize = 16;
-/// A stage is planned for this part of the target, so that few need repeating.
-const MARGIN: f64 = 0.8;
 /// The work of one gather.
 const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strategy::Adaptive };
 /// Hits on virtual luminaires from which on their spread is trusted.
@@ -38,14 +41,10 @@ const ENOUGH_HITS: u64 = 16;
 const DIM: f64 = 16.0;
 /// What single-precision arithmetic may be off by, relative to the value, where there is no noise to show it.
 const ROUNDING: f64 = 2e-6;
-/// Gathers per group in the pilot.
-const PILOT: u32 = 4;
 /// Pairs per group behind an estimated bias, at most.
 const MOST_PAIRS: u32 = 64;
 /// Share of the gather rays of such a pair that carry a residual.
 const BIAS_SHARE: f32 = 0.5;
-/// The next stage is at most this much larger than the last.
-const GROWTH: f64 = 64.0;
 
 /// Scouts are sent where an unseen image could hold this many times what a pilot has read.
 const HOPELESS: f64 = 100.0;
@@ -105,7 +104,7 @@ pub struct Reading {
     pub value: Rgb,
     /// The weighted scalar.
     pub scalar: f64,
-    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, plus `unseen`.
+    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, widened where gathers are skewed, plus `unseen`.
     pub half_width: f64,
     /// What virtual luminaires may hold that too few rays have met to judge by spread.
     pub unseen: f64,
@@ -159,8 +158,11 @@ struct Verdict {
 }
 
 /// Sums of one group: per band, and what it cost and found.
+#[derive(Clone, Copy, Default)]
 struct Group {
-    mean: [f64; 3],
+    sum: [f64; 3],
+    /// Of the scalar, by gathers.
+    moments: Moments,
     tally: Tally,
 }
 
@@ -265,74 +267,68 @@ impl<'a> Sense<'a> {
 
     fn reading(&self, index: u64, p: Vec3, n: Vec3) -> Reading {
         let begin = Instant::now();
-        let limit = match self.options.goal {
-            Goal::Time(t) => t.min(self.options.limit),
-            _ => self.options.limit,
+        let (limit, mut stage) = match self.options.goal {
+            Goal::Gathers(n) => {
+                let per_group = n.div_ceil(GROUPS as u64).clamp(1, u32::MAX as u64);
+                (self.options.limit, Stage::only(per_group as u32))
+            }
+            Goal::Time(t) => (t.min(self.options.limit), Stage::pilot()),
+            Goal::RelativeError(_) => (self.options.limit, Stage::pilot()),
         };
-        let mut per_group = match self.options.goal {
-            Goal::Gathers(n) => (n.div_ceil(GROUPS as u64)).clamp(1, u32::MAX as u64) as u32,
-            _ => PILOT,
-        };
-        let mut rays = 0;
         let residual = self.residual(index, p, n);
-        let mut verdict = None;
-        for stage in 0.. {
+        let (mut rays, mut verdict, mut groups) = (0, None, [Group::default(); GROUPS]);
+        loop {
             let stage_begin = Instant::now();
-            let mut reading = self.stage(index, stage, p, n, per_group, residual, verdict);
-            let of_pilot = reading.unseen * per_group as f64 / PILOT as f64;
-            if stage == 0 && of_pilot > HOPELESS * reading.scalar.abs() {
+            if stage.from == 0 {
+                rays += groups.iter().map(|g| g.tally.rays).sum::<u64>();
+                groups = [Group::default(); GROUPS];
+            }
+            let go_on = |(g, group): (usize, &mut Group)| self.group(index, stage, g, p, n, residual, group);
+            groups.par_iter_mut().enumerate().for_each(go_on);
+            let took = stage_begin.elapsed();
+            let mut reading = self.judge(&groups, stage.to, residual, verdict);
+            let of_pilot = reading.unseen * stage.to as f64 / PILOT as f64;
+            if stage.number == 0 && of_pilot > HOPELESS * reading.scalar.abs() {
                 verdict = self.verdict(index, p, n, reading.scalar.abs());
-                reading = self.stage(index, stage, p, n, per_group, residual, verdict);
+                reading = self.judge(&groups, stage.to, residual, verdict);
             }
-            rays += reading.rays;
-            reading.rays = rays;
-            let (spent, last) = (begin.elapsed(), stage_begin.elapsed());
-            let wanted = match self.options.goal {
-                Goal::Gathers(_) => return Reading { met: true, ..reading },
-                Goal::RelativeError(target) => {
-                    // Darkness that every gather of two stages agrees on is an answer, as good as the scene is bright.
-                    let dark = target * self.level();
-                    let target = target * reading.scalar.abs();
-                    let target = if reading.scalar == 0.0 { dark } else { target };
-                    if stage > 0 && reading.half_width <= target {
-                        return Reading { met: true, ..reading };
-                    }
-                    let aim = MARGIN * target;
-                    if aim > 0.0 { (reading.half_width / aim).powi(2) } else { GROWTH }
-                }
-                Goal::Time(_) => GROWTH,
+            let aim = match self.options.goal {
+                Goal::Gathers(_) => Aim::HalfWidth(f64::INFINITY),
+                Goal::RelativeError(target) => Aim::HalfWidth(self.wanted(target, reading.scalar)),
+                Goal::Time(_) => Aim::Time,
             };
-            let left = limit.saturating_sub(spent).as_secs_f64();
-            let affordable = left / last.as_secs_f64().max(1e-6);
-            let timed = matches!(self.options.goal, Goal::Time(_));
-            // A last stage must be worth more than what there is.
-            let grow = wanted.clamp(1.0, GROWTH).min(affordable * 0.95);
-            // A pilot is never the answer.
-            if stage > 0 && affordable < wanted.max(1.0) && grow < 2.0 {
-                return Reading { met: timed, ..reading };
+            let left = limit.saturating_sub(begin.elapsed()).as_secs_f64();
+            let affordable = left / took.as_secs_f64().max(1e-6) * (stage.to - stage.from) as f64;
+            let spread = Spread { student: reading.half_width - reading.unseen, unseen: reading.unseen };
+            match stage.next(aim, spread, affordable) {
+                Some(next) => stage = next,
+                None => {
+                    let met = !matches!(aim, Aim::HalfWidth(h) if reading.half_width > h);
+                    return Reading { met, rays: rays + reading.rays, ..reading };
+                }
             }
-            per_group = (per_group as f64 * grow.max(1.0)).clamp(1.0, 1e9).ceil() as u32;
         }
-        unreachable!("stages end by returning")
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn stage(
+    /// The half-width that a relative error asks for. Darkness that every gather of two stages agrees on is an answer, as good as
+    /// the scene is bright.
+    fn wanted(&self, relative: f64, scalar: f64) -> f64 {
+        relative * if scalar == 0.0 { self.level() } else { scalar.abs() }
+    }
+
+    /// What groups of so many gathers say.
+    fn judge(
         &self,
-        index: u64,
-        stage: u32,
-        p: Vec3,
-        n: Vec3,
+        groups: &[Group; GROUPS],
         per_group: u32,
         residual: Residual,
         verdict: Option<Verdict>,
     ) -> Reading {
-        let group = |g| self.group(index, stage, g, p, n, per_group, residual);
-        let groups: Vec<Group> = (0..GROUPS).into_par_iter().map(group).collect();
         let mut mean = [0f64; 3];
         let mut scalars = [0f64; GROUPS];
         for (g, scalar) in groups.iter().zip(&mut scalars) {
-            for ((mean, part), weight) in mean.iter_mut().zip(g.mean).zip(self.options.weights) {
+            for ((mean, sum), weight) in mean.iter_mut().zip(g.sum).zip(self.options.weights) {
+                let part = sum / per_group as f64;
                 *mean += part / GROUPS as f64;
                 *scalar += weight * part;
             }
@@ -340,7 +336,8 @@ impl<'a> Sense<'a> {
         let scalar = scalars.iter().sum::<f64>() / GROUPS as f64;
         let variance = scalars.iter().map(|s| (s - scalar).powi(2)).sum::<f64>() / (GROUPS - 1) as f64;
         let degrees = (GROUPS - 1) as f64;
-        let student = student_975(degrees) * (variance / GROUPS as f64).sqrt();
+        let skewed = groups.iter().fold(Moments::default(), |all, g| all.join(&g.moments)).widening();
+        let student = skewed * student_975(degrees) * (variance / GROUPS as f64).sqrt();
         let hits = |of: fn(&Tally) -> u64| groups.iter().map(|g| of(&g.tally)).sum();
         let (first, later) = (hits(|t| t.chain_hits), hits(|t| t.later_hits));
         let unseen = self.unseen_first(per_group, first, verdict)
@@ -452,29 +449,29 @@ impl<'a> Sense<'a> {
         }
     }
 
+    /// The gathers of a stage in group `g`.
+    #[allow(clippy::too_many_arguments)]
     fn group(
         &self,
         index: u64,
-        stage: u32,
+        stage: Stage,
         g: usize,
         p: Vec3,
         n: Vec3,
-        gathers: u32,
         residual: Residual,
-    ) -> Group {
+        group: &mut Group,
+    ) {
         let zones = if self.zones.is_empty() { None } else { Some(&self.zones[g % self.zones.len()]) };
         let walker = Walker { zones, residual, steer: self.steer, ..Walker::path(self.world) };
         // Sobol' points continue over the gathers of a group: one long, well-spread set per group.
-        let pixel = (index << 16) ^ ((stage as u64) << 8) ^ g as u64;
-        let mut tally = Tally { bright: self.bright, ..Tally::default() };
-        let mut sum = [0f64; 3];
-        for i in 0..gathers {
-            let value = self.estimate(&walker, pixel, i, p, n, &mut tally);
-            if value.is_finite() {
-                (0..3).for_each(|c| sum[c] += value[c] as f64);
-            }
+        let pixel = (index << 16) ^ ((stage.number as u64) << 8) ^ g as u64;
+        group.tally.bright = self.bright;
+        for i in stage.from..stage.to {
+            let value = self.estimate(&walker, pixel, i, p, n, &mut group.tally);
+            let value = if value.is_finite() { value.0.map(|v| v as f64) } else { [0.0; 3] };
+            (0..3).for_each(|c| group.sum[c] += value[c]);
+            group.moments.add((0..3).map(|c| self.options.weights[c] * value[c]).sum());
         }
-        Group { mean: sum.map(|s| s / gathers as f64), tally }
     }
 
     /// One gather.

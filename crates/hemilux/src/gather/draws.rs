@@ -65,7 +65,8 @@ impl Point<'_> {
         let points = self.plan.strategy.points(sampler, self.cone_rays.max(1));
         let pick = |i: u32| (i as f32 + shift) / self.cone_rays as f32;
         all.extend(
-            (0..self.cone_rays).map(|i| (self.cones.sample(pick(i), points.point(i)), Stratum::Cones)),
+            (0..self.cone_rays)
+                .filter_map(|i| Some((self.cones.sample(pick(i), points.point(i))?.0, Stratum::Cones))),
         );
         let (world, m) = (self.walker.world, self.plan.shadow_rays);
         let shift = sampler.next1();

@@ -1,11 +1,11 @@
 //! Statistical machinery: convergence slopes, detection, coverage of intervals, agreement of modes, determinism.
 
-use super::scenes::{cuboid, diffuse, emission, empty, quad as board};
+use super::scenes::{cuboid, diffuse, emission, empty, material, quad as board};
 use super::*;
 use crate::film::Film;
 use crate::gather::{GatherPlan, Strategy};
 use crate::render::{Mode, RenderOptions, Renderer};
-use hemilux_scene::Scene;
+use hemilux_scene::{ConductorFresnel, FloatParam, MaterialKind, Rgb, RgbParam, Roughness, Scene};
 use hemiquad::points::{Key, jittered_f64, sobol_f64};
 use std::sync::atomic::AtomicU64;
 
@@ -93,15 +93,16 @@ fn edge_following(page: &mut Page) {
         ((n as f64).ln(), (squares / 40.0).sqrt().ln())
     });
     let slope = (errors[3].1 - errors[0].1) / (errors[3].0 - errors[0].0);
-    page.exact("slope, cells trained on the edge of a disk (-1.2 or steeper)", slope.min(-1.2), slope, 1e-9);
+    page.at_most("slope, cells trained on the edge of a disk", slope, -1.2);
 }
 
 /// How often 10 × 10 jittered points miss a disk of radius R, in cells.
 pub(super) fn detection(page: &mut Page) {
-    const TRIALS: u32 = 40_000;
-    for (radius, truth) in [(0.5, 0.359), (0.707, 0.079), (1.0, 5e-4)] {
+    for (radius, truth, trials) in
+        [(0.5, 0.359, 40_000), (0.707, 0.079, 40_000), (1.0, 5e-4, 400_000), (1.118, 8e-6, 2_000_000)]
+    {
         let mut missed = 0u32;
-        for trial in 0..TRIALS {
+        for trial in 0..trials {
             let key = Key::new(5).with(trial as u64);
             let r = radius / 10.0;
             let centre = [0, 1].map(|d| 0.2 + 0.6 * key.with(1).uniform64(d));
@@ -109,13 +110,16 @@ pub(super) fn detection(page: &mut Page) {
                 let p = jittered_f64(i, 10, 10, key);
                 (p.u - centre[0]).hypot(p.v - centre[1]) < r
             };
-            missed += !(0..100).any(hit) as u32;
+            // Cells farther away than two have no points in reach.
+            let [x, y] = centre.map(|c| (c * 10.0) as u32 - 2);
+            missed += !(0..25).any(|i| hit((y + i / 5) * 10 + x + i % 5)) as u32;
         }
-        let share = missed as f64 / TRIALS as f64;
-        let error = (truth * (1.0 - truth) / TRIALS as f64).sqrt();
-        // The references are given to three digits.
-        let e = Estimate { mean: share, error: error.max(1e-4 + 2e-3 * truth) };
-        e.check(page, &format!("jittered points miss a disk of {radius} cells"), truth, 1.5 * truth + 1e-3);
+        let share = missed as f64 / trials as f64;
+        let error = (truth * (1.0 - truth) / trials as f64).sqrt();
+        // The references are given to three digits, or to one.
+        let e =
+            Estimate { mean: share, error: error.max(2e-3 * truth + if truth > 1e-5 { 2e-5 } else { 0.0 }) };
+        e.check(page, &format!("jittered points miss a disk of {radius} cells"), truth, 1.5 * truth + 2e-5);
     }
 }
 
@@ -138,51 +142,103 @@ pub(super) fn coverage(page: &mut Page) {
     e.check(page, "coverage of 95 % intervals, a square overhead", 0.95, 0.9);
 }
 
-fn room(albedo: f32) -> Scene {
+/// A room with a block in it and a lamp near the ceiling.
+fn room(albedo: f32, more: fn(&mut Scene)) -> Scene {
     let mut scene = empty();
     let (wall, dark) = (diffuse(&mut scene, albedo), diffuse(&mut scene, 0.3));
     cuboid(&mut scene, [-2.0, -1.5, -0.3], [2.0, 1.5, 4.0], true, wall);
     cuboid(&mut scene, [-0.6, 0.6, 1.5], [0.4, 1.5, 2.5], false, dark);
     board(&mut scene, [-0.6, -1.4, 1.4], [1.2, 0.0, 0.0], [0.0, 0.0, -1.0], wall, emission(5.0));
+    more(&mut scene);
     scene
 }
 
-const SIDE: u32 = 12;
-const PLAN: GatherPlan = GatherPlan { rays: 8, shadow_rays: 2, strategy: Strategy::Jittered };
-
-/// Mean luminance of the picture by independent replicates.
-fn mean_of(world: &World, zones: &Zones, mode: Mode) -> Estimate {
-    let values: Vec<f64> = (0..32u64)
-        .map(|seed| {
-            let options = RenderOptions { mode, plan: PLAN, seed, max_depth: u32::MAX };
-            let renderer = Renderer::new(world, Some(zones), SIDE, SIDE, options);
-            let mut film = Film::new(SIDE, SIDE, [0, SIDE, 0, SIDE]);
-            renderer.passes(&mut film, 0..if mode == Mode::Path { 48 } else { 8 }, &AtomicU64::new(0));
-            let mut sum = 0.0;
-            film.for_each(|_, _, p| sum += p.mean().luminance() as f64);
-            sum / (SIDE * SIDE) as f64
-        })
-        .collect();
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
-    Estimate { mean, error: variance.sqrt() }
+fn smooth() -> Roughness {
+    Roughness { u: FloatParam::Constant(0.0), v: FloatParam::Constant(0.0), remap: false }
 }
 
-/// Mode corrected is mode path, over zones that are too dark; mode zonal is what must be rejected.
+fn with_mirror(scene: &mut Scene) {
+    let reflectance = ConductorFresnel::Reflectance(RgbParam::Constant(Rgb::splat(0.9)));
+    let mirror = material(scene, MaterialKind::Conductor { fresnel: reflectance, roughness: smooth() });
+    board(scene, [-1.99, -1.0, 0.5], [0.0, 2.0, 0.0], [0.0, 0.0, 2.5], mirror, None);
+}
+
+fn with_varnish(scene: &mut Scene) {
+    let reflectance = RgbParam::Constant(Rgb::splat(0.6));
+    let kind = MaterialKind::CoatedDiffuse { reflectance, eta: 1.5, roughness: smooth() };
+    let varnish = material(scene, kind);
+    board(scene, [-1.9, 1.4, 3.9], [3.8, 0.0, 0.0], [0.0, 0.0, -3.8], varnish, None);
+}
+
+const SIDE: u32 = 12;
+const PIXELS: usize = (SIDE * SIDE) as usize;
+const PICTURES: u64 = 32;
+const PLAN: GatherPlan = GatherPlan { rays: 8, shadow_rays: 2, strategy: Strategy::Jittered };
+
+/// Luminances of independent pictures.
+fn pictures(world: &World, zones: &Zones, mode: Mode) -> Vec<Vec<f64>> {
+    let picture = |seed| {
+        let options = RenderOptions { mode, plan: PLAN, seed, max_depth: u32::MAX };
+        let renderer = Renderer::new(world, Some(zones), SIDE, SIDE, options);
+        let mut film = Film::new(SIDE, SIDE, [0, SIDE, 0, SIDE]);
+        renderer.passes(&mut film, 0..if mode == Mode::Path { 48 } else { 8 }, &AtomicU64::new(0));
+        let mut pixels = Vec::with_capacity(PIXELS);
+        film.for_each(|_, _, p| pixels.push(p.mean().luminance() as f64));
+        pixels
+    };
+    (0..PICTURES).map(picture).collect()
+}
+
+/// Of one number for every picture.
+fn estimate(pictures: &[Vec<f64>], number: impl Fn(&[f64]) -> f64) -> Estimate {
+    let values: Vec<f64> = pictures.iter().map(|p| number(p)).collect();
+    estimators::estimate(&values)
+}
+
+/// Share of the pixels that agree within 4.3 standard errors (Student, 62 degrees of freedom: false alarm 0.01 over all pixels).
+fn agreeing(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    let agrees = |i: &usize| {
+        let [a, b] = [a, b].map(|all| estimate(all, |p| p[*i]));
+        (a.mean - b.mean).abs() <= 4.3 * a.error.hypot(b.error)
+    };
+    (0..PIXELS).filter(agrees).count() as f64 / PIXELS as f64
+}
+
+/// Mode corrected is mode path, over zones that are too dark: in the mean and pixel by pixel. Mode zonal is what must be rejected.
 pub(super) fn corrected_is_path(page: &mut Page) {
-    let world = World::new(room(0.7));
-    // The zones of a darker room of the same shape.
-    let zones = solved(&World::new(room(0.5)), 600, 1 << 14, 2);
-    let [path, corrected, zonal] =
-        [Mode::Path, Mode::Corrected, Mode::Zonal].map(|mode| mean_of(&world, &zones, mode));
-    let e = Estimate { mean: corrected.mean, error: corrected.error.hypot(path.error) };
-    e.check(page, "mean of a room: corrected is path (and zonal is not)", path.mean, zonal.mean);
+    type Change = fn(&mut Scene);
+    let rooms: [(&str, Change); 3] = [
+        ("a room", |_| ()),
+        ("a room with a mirror", with_mirror),
+        ("a room with a varnished table", with_varnish),
+    ];
+    for (what, more) in rooms {
+        let world = World::new(room(0.7, more));
+        // The zones of a darker room of the same shape.
+        let zones = solved(&World::new(room(0.5, more)), 600, 1 << 14, 2);
+        let [path, corrected, zonal] =
+            [Mode::Path, Mode::Corrected, Mode::Zonal].map(|mode| pictures(&world, &zones, mode));
+        let mean = |pictures| estimate(pictures, |p| p.iter().sum::<f64>() / PIXELS as f64);
+        let (p, c) = (mean(&path), mean(&corrected));
+        let e = Estimate { mean: c.mean, error: c.error.hypot(p.error) };
+        e.check(
+            page,
+            &format!("mean of {what}: corrected is path (and zonal is not)"),
+            p.mean,
+            mean(&zonal).mean,
+        );
+        page.form(agreeing(&zonal, &path) < 0.9975, "zonal pixels that disagree are found out");
+        page.at_least(
+            &format!("pixels of {what} where corrected is path"),
+            agreeing(&corrected, &path),
+            0.9975,
+        );
+    }
 }
 
 /// The same bits with one thread and with two.
 pub(super) fn determinism(page: &mut Page) {
-    let world = World::new(room(0.7));
+    let world = World::new(room(0.7, |_| ()));
     let render = |threads: usize| {
         let work = || {
             let zones = solved(&world, 600, 1 << 14, 2);

@@ -24,7 +24,11 @@ pub(super) fn a_shrinking_lamp_and_its_image(page: &mut Page) {
         e.check(page, &format!("lamp of {r} m"), direct + 0.9 * image, direct + image);
         errors.push(e.error);
     }
-    page.form(errors[4] < 2.0 * errors[0], "noise grows as the lamp shrinks");
+    page.at_most(
+        "noise of the smallest lamp over that of the largest, at equal gathers",
+        errors[4] / errors[0],
+        1.0,
+    );
 }
 
 pub(super) fn a_square_in_an_unbounded_mirror_and_in_a_window_of_it(page: &mut Page) {

@@ -8,6 +8,7 @@
 mod artificial;
 mod curved;
 mod daylight;
+mod estimators;
 mod furnace;
 mod luminaires;
 mod machinery;
@@ -131,8 +132,25 @@ impl Page<'_> {
         self.push(case, truth, value, tolerance, None, verdict);
     }
 
-    /// A row that nobody computes yet.
-    #[allow(dead_code)] // for lines of the list that come before their code
+    /// A row without noise: no more than `bound`.
+    fn at_most(&mut self, case: &str, value: f64, bound: f64) {
+        let verdict = match value <= bound {
+            true => Verdict::Pass,
+            false => Verdict::Fail(format!("above the bound by {:.3e}", value - bound)),
+        };
+        self.push(&format!("{case} (at most)"), bound, value, 0.0, None, verdict);
+    }
+
+    /// A row without noise: no less than `bound`.
+    fn at_least(&mut self, case: &str, value: f64, bound: f64) {
+        let verdict = match value >= bound {
+            true => Verdict::Pass,
+            false => Verdict::Fail(format!("below the bound by {:.3e}", bound - value)),
+        };
+        self.push(&format!("{case} (at least)"), bound, value, 0.0, None, verdict);
+    }
+
+    /// A row that nobody computes.
     fn missing(&mut self, case: &str, why: &str) {
         self.push(case, f64::NAN, f64::NAN, f64::NAN, None, Verdict::Missing(why.into()));
     }
@@ -169,6 +187,7 @@ const ALL: &[(&str, &[Cases])] = &[
         &[
             furnace::white_furnace_of_every_material,
             furnace::white_furnace_in_every_mode,
+            furnace::radiance_inside_glass,
             furnace::rough_metal_reflects_what_ward_says,
             furnace::an_emitting_sphere,
             furnace::a_lamp_at_the_centre_of_a_sphere,
@@ -206,7 +225,10 @@ const ALL: &[(&str, &[Cases])] = &[
         &[
             machinery::slopes,
             machinery::detection,
+            estimators::unbiased_methods,
+            estimators::negative_controls,
             machinery::coverage,
+            estimators::coverage_of_the_suite,
             machinery::corrected_is_path,
             machinery::determinism,
         ],

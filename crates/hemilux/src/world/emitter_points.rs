@@ -64,11 +64,6 @@ pub(super) fn whole_sphere(q: Quadric, to_world: &DAffine3) -> Option<(DVec3, f6
     (whole && similar).then_some((to_world.translation, radius * scale))
 }
 
-/// Radius of a ball around a shape (m).
-pub(super) fn shape_radius(world: &World, geometry: &Geometry, to_world: &DAffine3) -> f32 {
-    shape_ball(world, geometry, to_world).1
-}
-
 /// Centre and radius (m) of a ball around a shape.
 pub(crate) fn shape_ball(world: &World, geometry: &Geometry, to_world: &DAffine3) -> (DVec3, f32) {
     let mut corners: Vec<DVec3> = Vec::new();

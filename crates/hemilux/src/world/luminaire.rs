@@ -10,13 +10,14 @@
 use super::World;
 use super::emission::{emitted, power_per_area};
 use super::emitter_points::{
-    cone, mean_stretch, object_area, quadric_area_point, shape_radius, stretch_world, triangle_point,
+    cone, mean_stretch, object_area, quadric_area_point, shape_ball, stretch_world, triangle_point,
     whole_sphere,
 };
 use super::environment::Sky;
 use super::favour::{Favoured, Pick};
 use super::hierarchy::Hierarchy;
 pub use super::hierarchy::Receiver;
+use super::outline::Outline;
 use super::unit::{Density, LuminairePoint, Unit};
 use crate::wrong::{Wrong, makes};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
@@ -59,8 +60,8 @@ pub(super) struct Luminaire {
 pub struct Luminaires {
     pub(super) items: Vec<Luminaire>,
     pub(super) emissions: Vec<Emission>,
-    /// Radius (m) of a ball around each emitting shape.
-    radii: Vec<f32>,
+    /// Centre and radius (m) of a ball around each emitting shape, and its outline if it is flat.
+    extents: Vec<(Vec3, f32, Option<Outline>)>,
     pub(super) skies: Vec<Sky>,
     pub(super) sky_items: Vec<u32>,
     pub(super) units: Vec<Unit>,
@@ -180,7 +181,9 @@ impl Luminaires {
             self.emissions.push(emission.clone());
             let unseen = shape.alpha == Some(FloatParam::Constant(0.0));
             let per_area = power_per_area(&world.scene, emission);
-            self.radii.push(shape_radius(world, &shape.geometry, to_world));
+            let (centre, radius) = shape_ball(world, &shape.geometry, to_world);
+            let outline = flat_outline(&world.scene, &shape.geometry, to_world);
+            self.extents.push((centre.as_vec3(), radius, outline));
             let mut push = |emitter: Emitter, area: f64| {
                 powers.push(per_area * area);
                 self.items.push(Luminaire { emitter, emission: id, area: area as f32, pick: 0.0, unseen });
@@ -273,7 +276,19 @@ impl Luminaires {
             Emitter::Quadric { sphere: Some((_, r)), .. } => {
                 Some((item.emission, r as f32, 2.0 / 3.0 * r as f32))
             }
-            _ => Some((item.emission, self.radii[item.emission as usize], 0.0)),
+            _ => Some((item.emission, self.extents[item.emission as usize].1, 0.0)),
+        }
+    }
+
+    /// Centre (m) of the emitting shape that luminaire `i` is part of, and its outline if it is flat; nothing of a sky.
+    pub(crate) fn place(&self, i: u32) -> (Option<Vec3>, Option<Outline>) {
+        let item = &self.items[i as usize];
+        match item.emitter {
+            Emitter::Sky(_) => (None, None),
+            _ => {
+                let (centre, _, outline) = self.extents[item.emission as usize];
+                (Some(centre), outline)
+            }
         }
     }
 
@@ -696,4 +711,19 @@ impl LuminaireSample {
             }
         }
     }
+}
+
+/// Triangles of an emitting mesh that an outline is looked for around.
+const OUTLINED: usize = 4096;
+
+/// The outline of an emitting shape, if it is flat.
+fn flat_outline(scene: &Scene, geometry: &Geometry, to_world: &DAffine3) -> Option<Outline> {
+    let Geometry::Mesh(id) = geometry else { return None };
+    let mesh = &scene.meshes[id.0 as usize];
+    if mesh.indices.len() > OUTLINED {
+        return None;
+    }
+    let corner = |i: u32| to_world.transform_point3(mesh.positions[i as usize].as_dvec3()).as_vec3();
+    let triangles: Vec<[Vec3; 3]> = mesh.indices.iter().map(|t| t.map(corner)).collect();
+    Outline::around(&triangles)
 }

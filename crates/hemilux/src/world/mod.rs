@@ -11,6 +11,7 @@ pub mod environment;
 mod favour;
 pub mod hierarchy;
 pub mod luminaire;
+pub(crate) mod outline;
 mod patch;
 pub mod solid_angle;
 pub mod surface;
@@ -328,6 +329,23 @@ impl World {
         let within = s.hit.prim - self.groups[s.group as usize].first_prim[s.shape as usize];
         let patch = self.patches[s.group as usize].of(s.shape, within);
         hemiquad::points::Key::new((s.hit.instance as u64) << 32 | s.shape as u64).bits64(patch)
+    }
+
+    /// The outline of that piece in the world, if it is flat.
+    pub(crate) fn outline(&self, s: &Surface) -> Option<outline::Outline> {
+        let within = s.hit.prim - self.groups[s.group as usize].first_prim[s.shape as usize];
+        let patches = &self.patches[s.group as usize];
+        let own = patches.outline(s.shape, patches.of(s.shape, within))?;
+        Some(match s.hit.instance {
+            hemilux_accel::NO_INSTANCE => *own,
+            i => {
+                let to_world = &self.placements[i as usize].to_world;
+                own.moved(
+                    |p| to_world.transform_point3(p.as_dvec3()).as_vec3(),
+                    |v| to_world.transform_vector3(v.as_dvec3()).as_vec3(),
+                )
+            }
+        })
     }
 
     #[inline]

@@ -4,6 +4,7 @@
 //! position, whether or not they share vertices). A mesh with normals, or a quadric, is one patch.
 
 use super::Group;
+use super::outline::Outline;
 use hemilux_scene::geom::Vec3;
 use hemilux_scene::{Geometry, Mesh, Scene, Shape};
 
@@ -12,9 +13,17 @@ const MOST: usize = 1 << 22;
 /// Normals of one plane differ by less than this.
 const SAME: f32 = 1e-3;
 
-/// Patch of each triangle, per shape of a group that needs it: empty where the whole shape is one.
+/// The patches of each shape of a group that needs them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Patches(Vec<Vec<u32>>);
+pub(super) struct Patches(Vec<OfShape>);
+
+/// Patch of each triangle: empty where the whole shape is one.
+#[derive(Clone, Debug, Default)]
+struct OfShape {
+    patch: Vec<u32>,
+    /// In order of the patches.
+    outlines: Vec<(u32, Outline)>,
+}
 
 impl Patches {
     /// Find the patches of the shapes that `wanted` says.
@@ -23,9 +32,9 @@ impl Patches {
             Geometry::Mesh(id) if wanted(shape) => {
                 let mesh = &scene.meshes[id.0 as usize];
                 let flat = mesh.normals.is_empty() && mesh.indices.len() <= MOST;
-                if flat { connected(mesh) } else { Vec::new() }
+                if flat { OfShape::new(mesh) } else { OfShape::default() }
             }
-            _ => Vec::new(),
+            _ => OfShape::default(),
         };
         Patches(group.shapes.iter().map(of_shape).collect())
     }
@@ -33,7 +42,30 @@ impl Patches {
     /// The patch of triangle `within` of `shape`; 0 where the whole shape is one.
     #[inline]
     pub fn of(&self, shape: u32, within: u32) -> u32 {
-        self.0[shape as usize].get(within as usize).copied().unwrap_or(0)
+        self.0[shape as usize].patch.get(within as usize).copied().unwrap_or(0)
+    }
+
+    /// The outline of patch `patch` of `shape`, in the group's space, if it is flat.
+    pub fn outline(&self, shape: u32, patch: u32) -> Option<&Outline> {
+        let all = &self.0[shape as usize].outlines;
+        all.binary_search_by_key(&patch, |o| o.0).ok().map(|at| &all[at].1)
+    }
+}
+
+impl OfShape {
+    fn new(mesh: &Mesh) -> OfShape {
+        let patch = connected(mesh);
+        let mut order: Vec<u32> = (0..patch.len() as u32).collect();
+        order.sort_by_key(|t| patch[*t as usize]);
+        let corners = |t: &u32| mesh.indices[*t as usize].map(|i| mesh.positions[i as usize]);
+        let outlines = order
+            .chunk_by(|a, b| patch[*a as usize] == patch[*b as usize])
+            .filter_map(|members| {
+                let triangles: Vec<[Vec3; 3]> = members.iter().map(corners).collect();
+                Some((patch[members[0] as usize], Outline::around(&triangles)?))
+            })
+            .collect();
+        OfShape { patch, outlines }
     }
 }
 

@@ -6,6 +6,7 @@
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
 pub mod aim;
+mod bright;
 pub mod field;
 pub mod file;
 mod kd;
@@ -24,7 +25,7 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use hemiquad::points::Key;
 pub use map::{ZoneMap, ZonePlace};
-use particles::{Bin, Deposits, Ledger};
+use particles::{Bin, Deposits, Finds, Ledger};
 use records::Records;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -43,6 +44,47 @@ pub struct ZoneOptions {
 impl Default for ZoneOptions {
     fn default() -> Self {
         ZoneOptions { budget: 60_000, particles: 1 << 21, seed: 0 }
+    }
+}
+
+/// A zonal solution in the making: more particles can be added after a look at what they say.
+///
+/// Invariant: solutions are a function of world, options and the number of particles traced, in however many goes.
+pub struct Making<'a> {
+    world: &'a World,
+    map: ZoneMap,
+    deposits: Deposits,
+    seed: u64,
+    planned: u64,
+}
+
+impl<'a> Making<'a> {
+    /// Cut the world; no particles yet. They are aimed at what `sight` sees; `None`: at everything.
+    pub fn new(world: &'a World, options: &ZoneOptions, sight: Option<sight::Sight>) -> Making<'a> {
+        let map = ZoneMap::new(world, options.budget);
+        let deposits = Deposits::new(map.len(), world.luminaires.power(), sight);
+        Making { world, map, deposits, seed: options.seed, planned: options.particles }
+    }
+
+    /// Trace until there are `total` particles, or `stop` (given the particles so far) says so.
+    pub fn trace(&mut self, total: u64, stop: impl FnMut(u64) -> bool) {
+        self.deposits.trace(self.world, &self.map, [self.seed, self.planned], total, stop);
+    }
+
+    /// Particles so far.
+    pub fn particles(&self) -> u64 {
+        self.deposits.particles
+    }
+
+    /// What they say.
+    pub fn solution(&self) -> Zones {
+        Zones::of(self.map.clone(), &self.deposits, self.deposits.finds.clone())
+    }
+
+    /// The same, where no more will follow.
+    pub fn finish(mut self) -> Zones {
+        let finds = std::mem::take(&mut self.deposits.finds);
+        Zones::of(self.map, &self.deposits, finds)
     }
 }
 
@@ -85,16 +127,14 @@ impl Zones {
         sight: Option<sight::Sight>,
         stop: impl FnMut(u64) -> bool,
     ) -> Zones {
-        let map = ZoneMap::new(world, options.budget);
-        let mut deposits = Deposits::new(map.len(), world.luminaires.power(), sight);
-        deposits.trace(world, &map, options.seed, options.particles, stop);
-        Zones::finish(map, deposits)
+        let mut making = Making::new(world, options, sight);
+        making.trace(options.particles, stop);
+        making.finish()
     }
 
-    fn finish(map: ZoneMap, mut deposits: Deposits) -> Zones {
-        let mut finds = std::mem::take(&mut deposits.finds);
+    fn of(map: ZoneMap, deposits: &Deposits, mut finds: Finds) -> Zones {
         finds.records.append(&mut finds.zone_records);
-        let records = Arc::new(Records::new(finds.records));
+        let records = Arc::new(Records::new(finds.records, &finds.exact));
         let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;

@@ -9,9 +9,10 @@
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
 use super::aim::{Aim, Start, Trial};
+use super::bright::Bright;
 use super::field::Incidence;
 use super::map::{ZoneMap, ZonePlace};
-use super::records::{LARGE, Record};
+use super::records::{Exact, LARGE, Record};
 use super::sight::Sight;
 use crate::bsdf::{Bsdf, BsdfSample, Transport as Quantity};
 use crate::world::emission::EmittedParticle;
@@ -20,6 +21,7 @@ use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use hemiquad::points::{Key, sobol};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Particles that are traced as one unit of work.
@@ -83,8 +85,8 @@ pub struct Deposits {
     pub particles: u64,
     /// What was found on the way, in the order of particles.
     pub finds: Finds,
-    /// Per zone side: radiosity over π (luminance) where it outshines the scene, 0 elsewhere; known after [`PILOT`] particles.
-    bright: Vec<f32>,
+    /// The zones that outshine the scene; known after [`PILOT`] particles.
+    bright: Bright,
     aim: Aim,
     /// The particles that `aim` will next learn from.
     trials: Vec<Trial>,
@@ -92,46 +94,57 @@ pub struct Deposits {
     sight: Option<Sight>,
 }
 
-/// Particles after which emission is aimed anew, each time by the particles since the last.
-const AIMED_AT: [u64; 3] = [1 << 15, 1 << 17, 1 << 19];
+/// Particles after which emission is aimed anew, each time by the particles since the last, ...
+const AIMED_AT: [u64; 5] = [1 << 15, 1 << 17, 1 << 19, 1 << 21, 1 << 23];
+/// ... at most so many.
+const MOST_TRIALS: u64 = 1 << 19;
 /// What an arrival through mirrors and glass is worth, against one straight from a luminaire.
 const CHAIN_USE: f32 = 4.0;
 /// What an arrival is worth where it does not matter.
 const UNSEEN_USE: f32 = 0.02;
 
 /// What particles find that steers gathers.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Finds {
-    /// Arrivals from luminaires through specular chains; [`MOST_RECORDS`] at most.
+    /// Arrivals from luminaires through specular chains; [`most`] at most.
     pub records: Vec<Record>,
-    /// Arrivals from bright zones, straight or through specular chains; [`MOST_RECORDS`] at most.
+    /// Arrivals from bright zones, straight or through specular chains; as many at most.
     pub zone_records: Vec<Record>,
-    /// Arrivals other than straight from a luminaire; [`MOST_INCIDENCES`] at most.
+    /// Arrivals other than straight from a luminaire; as many at most.
     pub incidences: Vec<Incidence>,
+    /// What is known exactly of the signatures.
+    pub exact: HashMap<u32, Exact>,
 }
 
 impl Finds {
-    fn append(&mut self, more: Finds) {
-        let room = MOST_RECORDS - self.records.len();
-        self.records.extend(more.records.into_iter().take(room));
-        let room = MOST_RECORDS - self.zone_records.len();
-        self.zone_records.extend(more.zone_records.into_iter().take(room));
-        let room = MOST_INCIDENCES - self.incidences.len();
-        self.incidences.extend(more.incidences.into_iter().take(room));
+    /// Take what `more` has, up to `most` of each kind.
+    fn append(&mut self, more: Finds, most: usize) {
+        if self.records.len() < most || self.zone_records.len() < most {
+            for (signature, exact) in more.exact {
+                self.exact.entry(signature).or_insert(exact);
+            }
+        }
+        let room = |held: usize| most.saturating_sub(held);
+        let n = room(self.records.len());
+        self.records.extend(more.records.into_iter().take(n));
+        let n = room(self.zone_records.len());
+        self.zone_records.extend(more.zone_records.into_iter().take(n));
+        let n = room(self.incidences.len());
+        self.incidences.extend(more.incidences.into_iter().take(n));
     }
 }
 
-/// Arrivals that are kept for the predicted field radiance.
-pub const MOST_INCIDENCES: usize = 1 << 20;
+/// Finds of each kind that are kept of so many particles: 2²⁰ to 2²¹. They are the first ones, so that they do not depend on
+/// how many particles follow.
+pub fn most(particles: u64) -> usize {
+    (particles / 2).clamp(1 << 20, 1 << 21) as usize
+}
+
 /// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
 const RECORDED: f32 = 0.25;
 
-/// Records that are kept.
-pub const MOST_RECORDS: usize = 1 << 20;
 /// Particles after which it is decided which zones are bright.
 pub const PILOT: u64 = 1 << 17;
-/// A zone is bright if its radiosity is this many times the mean over the scene's lit surfaces.
-const OUTSHINES: f64 = 10.0;
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
@@ -147,7 +160,7 @@ impl Deposits {
             ledger: Ledger::default(),
             particles: 0,
             finds: Finds::default(),
-            bright: Vec::new(),
+            bright: Bright::default(),
             aim: Aim::default(),
             trials: Vec::new(),
             sight,
@@ -175,13 +188,13 @@ impl Deposits {
         self.squares[side].load(Ordering::Relaxed) as f64 / self.square_unit
     }
 
-    /// Trace particles `self.particles ..` up to `total` of a set meant to be `planned` strong (for stratification),
-    /// stopping early when `stop` says so (asked between batches).
+    /// Trace particles `self.particles ..` up to `total`, stopping early when `stop` says so (asked between batches). `planned`
+    /// is how many were meant to be traced at first. Whether they come in one call or in several does not show.
     pub fn trace(
         &mut self,
         world: &World,
         map: &ZoneMap,
-        seed: u64,
+        [seed, planned]: [u64; 2],
         total: u64,
         mut stop: impl FnMut(u64) -> bool,
     ) {
@@ -191,13 +204,13 @@ impl Deposits {
             if AIMED_AT.contains(&self.particles) {
                 self.aim = Aim::learn(std::mem::take(&mut self.trials));
             }
-            if self.bright.is_empty() && self.particles >= PILOT.min(total / 2) {
-                self.bright = self.bright_zones(map);
+            if !self.bright.is_known() && self.particles >= PILOT.min(planned / 2) {
+                self.bright = Bright::new(world, map, &self.irradiances(map));
             }
             // A batch ends where something is decided.
             let next = AIMED_AT.into_iter().find(|n| *n > self.particles);
             let end = (self.particles + BATCH).min(total).min(next.unwrap_or(u64::MAX));
-            let learns = next.is_some();
+            let learns = next.is_some_and(|n| end + MOST_TRIALS > n);
             let starts: Vec<u64> = (self.particles..end).step_by(CHUNK as usize).collect();
             let this = &*self;
             // Collected in order, then summed in order: the same bits for any number of threads.
@@ -217,7 +230,7 @@ impl Deposits {
                 .collect();
             for (ledger, finds, trials) in chunks {
                 self.ledger = self.ledger.add(&ledger);
-                self.finds.append(finds);
+                self.finds.append(finds, most(end));
                 self.trials.extend(trials);
             }
             self.particles = end;
@@ -234,42 +247,32 @@ impl Deposits {
 
     /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
     fn zone_source(&self, map: &ZoneMap, place: &ZonePlace, b: &BsdfSample, kept: f32) -> Source {
-        let ZonePlace { zone, side, radius } = *place;
-        let irradiance = self.bright.get((zone * 2 + side) as usize).copied().unwrap_or(0.0);
-        let area = map.areas()[zone as usize];
-        // The zone as it is seen, against the ball around it.
-        let filled = area * b.wi.z.abs() / (std::f32::consts::PI * radius * radius).max(f32::MIN_POSITIVE);
-        match irradiance > 0.0 {
-            true => Source {
-                known: true,
-                signature: Key::new(1 << 40 | (zone as u64) << 2 | (side as u64) << 1 | b.transmitted as u64),
-                radius,
-                strength: irradiance * kept * filled.min(1.0),
-                ..Source::none()
-            },
-            false => Source::none(),
+        let Some(source) = self.bright.of(place.zone * 2 + place.side) else { return Source::none() };
+        // Where no outline says how large it is seen: the zone against the ball around it.
+        let area = map.areas()[place.zone as usize] * b.wi.z.abs();
+        let ball = std::f32::consts::PI * source.radius * source.radius;
+        let filled =
+            if source.outline.is_some() { 1.0 } else { (area / ball.max(f32::MIN_POSITIVE)).min(1.0) };
+        Source {
+            known: true,
+            exact: Exact::of((source.outline.map(|_| source.centre), source.outline)),
+            signature: Key::new(1 << 40 | (source.name as u64) << 1 | b.transmitted as u64),
+            radius: source.radius,
+            strength: source.radiance * kept * filled,
+            ..Source::none()
         }
     }
 
-    /// The zones that outshine the scene, by their irradiance so far (their reflectance is left to the particles).
-    fn bright_zones(&self, map: &ZoneMap) -> Vec<f32> {
+    /// The irradiance of every zone side so far (luminance, W/m²).
+    fn irradiances(&self, map: &ZoneMap) -> Vec<f64> {
         let n = self.particles.max(1) as f64;
-        let flux = |side: usize| {
+        let of = |side: usize| {
             let bins = [Bin::Direct, Bin::Caustic, Bin::Indirect].map(|b| self.flux(side, b));
-            (0..3)
-                .map(|c| [0.2126, 0.7152, 0.0722][c] * bins.iter().map(|b| b[c]).sum::<f64>() / n)
-                .sum::<f64>()
+            let flux = (0..3).map(|c| [0.2126, 0.7152, 0.0722][c] * bins.iter().map(|b| b[c]).sum::<f64>());
+            let area = map.areas()[side / 2] as f64;
+            if area > 0.0 { flux.sum::<f64>() / (n * area) } else { 0.0 }
         };
-        let all: Vec<(f64, f64)> =
-            (0..map.len() * 2).map(|side| (flux(side), map.areas()[side / 2] as f64)).collect();
-        let (lit, area) = all.iter().filter(|a| a.0 > 0.0).fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
-        let threshold = if area > 0.0 { OUTSHINES * lit / area } else { f64::INFINITY };
-        all.iter()
-            .map(|(flux, area)| {
-                let irradiance = if *area > 0.0 { flux / area } else { 0.0 };
-                if irradiance > threshold { (irradiance / std::f64::consts::PI) as f32 } else { 0.0 }
-            })
-            .collect()
+        (0..map.len() * 2).map(of).collect()
     }
 
     fn particle(
@@ -397,11 +400,14 @@ pub(super) struct Source {
     /// Length of the chain (m) and of its last segment.
     length: f32,
     previous: f32,
+    /// What its flat surfaces say.
+    exact: Exact,
 }
 
 impl Source {
     fn none() -> Source {
         Source {
+            exact: Exact::default(),
             known: false,
             signature: Key::new(0),
             class: Key::new(0),
@@ -422,6 +428,7 @@ impl Source {
                 strength: world.luminaires.mean_radiance(&world.scene, luminaire),
                 length: distance,
                 previous: distance,
+                exact: Exact::of(world.luminaires.place(luminaire)),
             },
             None => Source::none(),
         }
@@ -432,6 +439,7 @@ impl Source {
         if self.known {
             self.length += s.t;
             self.previous = s.t;
+            self.exact.pass(world.outline(s), s.p, s.ng, transmitted);
             self.strength *= kept_by(bsdf, wo, transmitted);
             self.signature = self.signature.with(world.patch(s)).with(transmitted as u64);
             let shape = (s.group as u64) << 32 | s.shape as u64;
@@ -466,7 +474,9 @@ impl Finds {
         self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
         if recorded {
             let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
-            to.push(Record { n, of_zone: bounce > 0, ..source.record(s.p, s.wo, s.t, flux) });
+            let record = Record { n, of_zone: bounce > 0, ..source.record(s.p, s.wo, s.t, flux) };
+            self.exact.entry(record.signature).or_insert(source.exact);
+            to.push(record);
         }
     }
 }

@@ -29,6 +29,16 @@ macro_rules! numbers {
 }
 numbers!(u8, u32, u64, f32, f64);
 
+impl Wire for bool {
+    fn put(&self, out: &mut Vec<u8>) {
+        (*self as u8).put(out);
+    }
+
+    fn take(at: &mut &[u8]) -> Result<Self, ZoneFileError> {
+        Ok(u8::take(at)? != 0)
+    }
+}
+
 impl Wire for Vec3 {
     fn put(&self, out: &mut Vec<u8>) {
         self.to_array().put(out);

@@ -1,45 +1,49 @@
 //! The cones of the virtual luminaires expected at one point: a mixture of directions.
 //!
-//! Each candidate gives one cone: around the image, or the part of it that a patch of its chain lets through, or by
-//! regression, whichever is tightest. Its share of the samples is the irradiance it is expected to bring; an image whose
-//! ray passes beside a patch is left out. Small parts of the shares follow the flux of nearby records and nothing at all,
-//! since expectations err. What is expected is worked out once per [`Spot`], as balls in space, and only pointed at a gather.
+//! Each candidate gives one shape: a cone around the image, or by regression; or the flat piece of a patch that lets the image
+//! through, a triangle or a parallelogram in space; whichever is tightest. Its share of the samples is the irradiance it is
+//! expected to bring; an image whose ray passes beside a patch is left out. Small parts of the shares follow the flux of nearby
+//! records and nothing at all, since expectations err. What is expected is worked out once per [`Spot`], in space, and only
+//! pointed at a gather.
 //!
 //! Invariants: [`Cones::sample`] has exactly [`Cones::density`]; both depend on the point and the records alone, never on what
 //! a thread remembers.
 
-use super::model::{Linear, Signature};
-use super::{Candidate, Identity, NONE, Records};
+use super::Records;
+use super::expected::{Expected, with_expected};
+use super::flat::Flats;
+use super::model::Linear;
+use super::view::height_of;
 use hemilux_scene::geom::{Frame, Vec3};
 use std::cell::RefCell;
 
-/// Cones at most; the candidates with least flux are left out.
+/// Shapes at most; the candidates with least flux are left out.
 pub const MOST: usize = 1024;
-/// Cones tested at once: a block.
-const LANES: usize = 8;
+/// Shapes tested at once: a block.
+pub(super) const LANES: usize = 8;
 const BLOCKS: usize = MOST / LANES;
-/// No cone is wider than this (1 − cos): there an image is only guessed at.
-const WIDEST: f32 = 0.15;
-/// Share of the samples by flux of nearby records, and without regard to anything.
-const BY_FLUX: f32 = 0.25;
-const EVENLY: f32 = 0.1;
-/// An image that is seen from elsewhere in the spot only counts this much.
-const BESIDE: f32 = 0.05;
 
-/// A mixture of cones of directions.
+/// A mixture of cones and flat pieces: round ones first, then, from a block of their own, the flat ones.
 #[derive(Clone, Debug)]
 pub struct Cones {
+    /// Of a cone around each shape.
     axis: [[f32; MOST]; 3],
-    /// 1 − cos of the half-angle.
+    /// 1 − cos of its half-angle.
     height: [f32; MOST],
-    /// Share over solid angle.
+    /// Share over solid angle, of the round ones.
     density: [f32; MOST],
+    /// The flat ones.
+    flats: [Flats; BLOCKS],
     /// Cumulative share.
     cumulative: [f32; MOST],
     /// Per block: centre of a ball around its cones on the unit sphere, and squared radius.
     block: [[f32; BLOCKS]; 4],
+    /// First of the flat ones, a multiple of [`LANES`], and how many round ones are before it.
+    flat: usize,
+    round: usize,
+    /// One past the last.
     count: usize,
-    /// How many cones of equal share would be as uneven.
+    /// How many shapes of equal share would be as uneven.
     effective: f32,
 }
 
@@ -98,8 +102,11 @@ impl Cones {
             axis: [[0.0; MOST]; 3],
             height: [-1.0; MOST],
             density: [0.0; MOST],
+            flats: [Flats::NONE; BLOCKS],
             cumulative: [0.0; MOST],
             block: [[0.0; BLOCKS]; 4],
+            flat: 0,
+            round: 0,
             count: 0,
             effective: 0.0,
         }
@@ -114,22 +121,15 @@ impl Cones {
 
     /// The same, in place.
     pub fn fill(&mut self, records: &Records, x: Vec3, n: Vec3) {
-        self.count = 0;
+        (self.count, self.flat, self.round) = (0, 0, 0);
         self.effective = 0.0;
-        let Some(spot) = Spot::of(records, x, n) else { return };
-        REMEMBERED.with_borrow_mut(|all| {
-            let expected = &mut all[spot.slot()];
-            if expected.spot != Some(spot) {
-                expected.fill(records, spot);
-            }
-            self.aim(expected, &records.linears, x);
-        });
+        with_expected(records, x, n, |expected| self.aim(expected, &records.linears, x));
     }
 
     /// Point what is expected around here at `x`.
     fn aim(&mut self, expected: &Expected, linears: &[Linear], x: Vec3) {
         let count = expected.share.len();
-        self.count = count;
+        (self.count, self.flat, self.round) = (count, expected.flat, expected.round);
         self.effective = expected.effective;
         self.cumulative[..count].copy_from_slice(&expected.cumulative);
         let Expected { centre: [cx, cy, cz], radius2, share, .. } = expected;
@@ -142,8 +142,14 @@ impl Cones {
             let (dx, dy, dz) = (cx[k] - x.x, cy[k] - x.y, cz[k] - x.z);
             let scale = (dx * dx + dy * dy + dz * dz).max(f32::MIN_POSITIVE).sqrt().recip();
             (ax[k], ay[k], az[k]) = (dx * scale, dy * scale, dz * scale);
-            height[k] = height_of(radius2[k] * scale * scale);
-            density[k] = share[k] / height[k];
+            let sin2 = radius2[k] * scale * scale;
+            if k < expected.flat {
+                height[k] = height_of(sin2);
+                density[k] = share[k] / height[k];
+            } else {
+                // All round from within.
+                height[k] = if sin2 < 0.5 { sin2 } else { 2.0 };
+            }
         }
         for &(k, linear) in &expected.linears {
             let (k, linear) = (k as usize, &linears[linear as usize]);
@@ -152,17 +158,21 @@ impl Cones {
             height[k] = height_of(linear.sin2);
             density[k] = share[k] / height[k];
         }
+        for (pieces, flats) in expected.pieces.iter().zip(&mut self.flats) {
+            pieces.aimed(x, flats);
+        }
         self.bound_blocks();
     }
 
-    /// Fill up the last block, and bound each.
+    /// Fill up the last block of each kind, and bound each block.
     fn bound_blocks(&mut self) {
         let blocks = self.count.div_ceil(LANES);
-        for k in self.count..blocks * LANES {
+        for k in (self.round..self.flat).chain(self.count..blocks * LANES) {
             (self.height[k], self.density[k]) = (-1.0, 0.0);
         }
         for b in 0..blocks {
-            let members = b * LANES..((b + 1) * LANES).min(self.count);
+            let end = if b * LANES < self.flat { self.round } else { self.count };
+            let members = b * LANES..((b + 1) * LANES).min(end);
             let axis = |k: usize| Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
             let centre = members.clone().map(axis).sum::<Vec3>() / members.len() as f32;
             // 1 − cos = chord² / 2.
@@ -176,14 +186,14 @@ impl Cones {
         }
     }
 
-    /// Number of cones.
+    /// Number of shapes.
     pub fn len(&self) -> usize {
-        self.count
+        self.round + self.count - self.flat
     }
 
-    /// Each cone: unit axis, 1 − cos of the half-angle, share of the samples.
+    /// Each shape, by the cone around it: unit axis, 1 − cos of the half-angle, share of the samples.
     pub fn iter(&self) -> impl Iterator<Item = (Vec3, f32, f32)> + '_ {
-        (0..self.count).map(|k| {
+        (0..self.round).chain(self.flat..self.count).map(|k| {
             let axis = Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
             let before = if k == 0 { 0.0 } else { self.cumulative[k - 1] };
             (axis, self.height[k], self.cumulative[k] - before)
@@ -214,7 +224,11 @@ impl Cones {
                 met |= ((x * x + y * y + z * z <= self.block[3][b]) as u32) << lane;
             }
             while met != 0 {
-                sum += self.block_density(at + met.trailing_zeros() as usize, w);
+                let block = at + met.trailing_zeros() as usize;
+                sum += match block * LANES < self.flat {
+                    true => self.round_density(block, w),
+                    false => self.flats[block - self.flat / LANES].density(w),
+                };
                 met &= met - 1;
             }
             at += LANES;
@@ -223,7 +237,7 @@ impl Cones {
     }
 
     #[inline]
-    fn block_density(&self, block: usize, w: Vec3) -> f32 {
+    fn round_density(&self, block: usize, w: Vec3) -> f32 {
         let mut sums = [0f32; LANES];
         for (lane, sum) in sums.iter_mut().enumerate() {
             let k = block * LANES + lane;
@@ -235,11 +249,18 @@ impl Cones {
         sums.iter().sum()
     }
 
-    /// A direction of the mixture: the cone by `pick`, where in it by `u`, all in [0, 1).
-    pub fn sample(&self, pick: f32, u: [f32; 2]) -> Vec3 {
+    /// A direction of the mixture: the shape by `pick`, where in it by `u`, all in [0, 1). With it the density per steradian
+    /// there, where [`Cones::density`] would miss the shape at its edge by rounding. `None` where the shape is seen edge on.
+    pub fn sample(&self, pick: f32, u: [f32; 2]) -> Option<(Vec3, f32)> {
         let k = self.cumulative[..self.count].partition_point(|&c| c <= pick).min(self.count - 1);
-        let axis = Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
-        direction_in_cone(axis, self.height[k], u)
+        if k < self.flat {
+            let axis = Vec3::new(self.axis[0][k], self.axis[1][k], self.axis[2][k]);
+            let w = direction_in_cone(axis, self.height[k], u);
+            let inside = 0.5 * (w - axis).length_squared() <= self.height[k];
+            return Some((w, if inside { 0.0 } else { self.density[k] }));
+        }
+        let at = k - self.flat;
+        self.flats[at / LANES].sample(at % LANES, u)
     }
 }
 
@@ -249,227 +270,6 @@ pub(crate) fn direction_in_cone(axis: Vec3, height: f32, u: [f32; 2]) -> Vec3 {
     let sin = (x * (2.0 - x)).max(0.0).sqrt();
     let (s, c) = (2.0 * std::f32::consts::PI * u[1]).sin_cos();
     Frame::from_normal(axis).to_world(Vec3::new(sin * c, sin * s, 1.0 - x)).normalize()
-}
-
-/// 1 − cos of a half-angle from its squared sine.
-#[inline]
-pub(super) fn height_of(sin2: f32) -> f32 {
-    let sin2 = sin2.min(1.0);
-    (0.5 * sin2 * (1.0 + 0.25 * sin2)).clamp(1e-12, WIDEST)
-}
-
-/// A small neighbourhood in which the same is expected: what it is named by. Its expectations are those at its middle, so
-/// they depend on nothing but it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Spot {
-    records: Identity,
-    cell: u32,
-    /// Which cube of the cell's grain.
-    at: [i32; 3],
-    /// Normal in sixteenths.
-    n: [i8; 3],
-}
-
-impl Spot {
-    fn of(records: &Records, x: Vec3, n: Vec3) -> Option<Spot> {
-        let cell = records.kd.leaf(x, n)?;
-        let grain = records.grains[cell];
-        let at = (x / grain).floor().to_array().map(|v| v as i32);
-        let n = n.to_array().map(|v| (v * 16.0).round() as i8);
-        Some(Spot { records: records.identity, cell: cell as u32, at, n })
-    }
-
-    /// Where it is remembered.
-    fn slot(&self) -> usize {
-        let [x, y, z] = self.at.map(|v| v as u32);
-        let hash = x.wrapping_mul(0x9e37_79b1)
-            ^ y.wrapping_mul(0x85eb_ca77)
-            ^ z.wrapping_mul(0xc2b2_ae3d)
-            ^ self.cell;
-        (hash.wrapping_mul(0x9e37_79b1) >> (32 - SLOTS.trailing_zeros())) as usize
-    }
-}
-
-/// Spots that a thread remembers.
-const SLOTS: usize = 64;
-
-thread_local! {
-    static REMEMBERED: RefCell<Vec<Expected>> =
-        RefCell::new((0..SLOTS).map(|_| Expected::default()).collect());
-}
-
-/// What is expected in a spot: balls in space, and their shares of the samples.
-#[derive(Default)]
-struct Expected {
-    spot: Option<Spot>,
-    /// m; where a regression leads, nothing.
-    centre: [Vec<f32>; 3],
-    /// m².
-    radius2: Vec<f32>,
-    /// Over 2π.
-    share: Vec<f32>,
-    cumulative: Vec<f32>,
-    /// Those that follow a regression.
-    linears: Vec<(u32, u32)>,
-    effective: f32,
-    /// Scratch.
-    found: Vec<Ball>,
-}
-
-/// One of them: a ball, what it is expected to bring, its kind of source, its share of the neighbourhood's flux, its regression.
-struct Ball {
-    centre: Vec3,
-    radius2: f32,
-    bring: f32,
-    kind: u8,
-    share: f32,
-    linear: u32,
-}
-
-impl Expected {
-    fn fill(&mut self, records: &Records, spot: Spot) {
-        self.spot = Some(spot);
-        self.centre
-            .iter_mut()
-            .chain([&mut self.radius2, &mut self.share, &mut self.cumulative])
-            .for_each(Vec::clear);
-        self.linears.clear();
-        self.found.clear();
-        let grain = records.grains[spot.cell as usize];
-        let x = Vec3::from_array(spot.at.map(|v| (v as f32 + 0.5) * grain));
-        let n = Vec3::from_array(spot.n.map(|v| v as f32)).normalize_or(Vec3::Z);
-        // Per kind of source, luminaires and zones: what is expected of them here, and their flux nearby. Expectations of
-        // one kind can be compared, those of two less well: there the records know better.
-        let (mut sum, mut flux) = ([0.0; 2], [0.0; 2]);
-        for c in records.in_cell(spot.cell as usize) {
-            let Some(View { centre, radius2, seen }) = records.view(c, x, 0.87 * grain) else { continue };
-            let to = centre - x;
-            let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
-            let (cos, sin2) = (to.dot(n) / distance2.sqrt(), (radius2 / distance2).min(1.0));
-            // All of it behind the surface, wherever in the spot.
-            let sin = sin2.sqrt() + 2.0 * grain / distance2.sqrt() + 0.1;
-            if cos <= -sin {
-                continue;
-            }
-            let signature = &records.signatures[c.signature as usize];
-            // Where nobody knows what limits the image, its size says nothing.
-            let known = c.linear != NONE || signature.is_known();
-            let bring = signature.strength * height_of(sin2) * seen * cos.max(0.5 * sin2.sqrt());
-            let kind = signature.kind & 1;
-            let bring = if known { bring } else { 0.0 };
-            self.found.push(Ball { centre, radius2, bring, kind, share: c.share, linear: c.linear });
-        }
-        if self.found.len() > MOST {
-            let mut brings: Vec<f32> = self.found.iter().map(|f| f.bring).collect();
-            let least = *brings.select_nth_unstable_by(MOST - 1, |a, b| b.total_cmp(a)).1;
-            self.found.retain(|f| f.bring >= least);
-            self.found.truncate(MOST);
-        }
-        for (k, found) in self.found.iter().enumerate() {
-            sum[found.kind as usize] += found.bring;
-            flux[found.kind as usize] += found.share;
-            if found.linear != NONE {
-                self.linears.push((k as u32, found.linear));
-            }
-            for (all, v) in self.centre.iter_mut().zip(found.centre.to_array()) {
-                all.push(v);
-            }
-            self.radius2.push(found.radius2);
-        }
-        self.shares(sum, flux);
-    }
-
-    /// Shares from what is expected, by flux, and evenly.
-    fn shares(&mut self, sum: [f32; 2], flux: [f32; 2]) {
-        let all_flux = (flux[0] + flux[1]).max(f32::MIN_POSITIVE);
-        let promising = (0..2).map(|g| if sum[g] > 0.0 { flux[g] } else { 0.0 }).sum::<f32>();
-        let by_flux = BY_FLUX / all_flux;
-        let by_expectation = [0, 1].map(|g| match promising > 0.0 && sum[g] > 0.0 {
-            true => (1.0 - BY_FLUX - EVENLY) * flux[g] / (promising * sum[g]),
-            false => 0.0,
-        });
-        let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.found.len().max(1) as f32;
-        let (mut cumulative, mut squares) = (0.0, 0.0);
-        for found in &self.found {
-            let share = by_expectation[found.kind as usize] * found.bring + by_flux * found.share + even;
-            cumulative += share;
-            squares += share * share;
-            self.share.push(share);
-            self.cumulative.push(cumulative);
-        }
-        // Rounding must not leave the last cone short, nor the densities too high.
-        self.cumulative.iter_mut().for_each(|c| *c /= cumulative);
-        self.share.iter_mut().for_each(|s| *s /= 2.0 * std::f32::consts::PI * cumulative);
-        self.effective = if squares > 0.0 { cumulative * cumulative / squares } else { 0.0 };
-    }
-}
-
-/// How a candidate is seen: through which ball, and how much of that is expected to show the image, 0 to 1.
-pub(super) struct View {
-    pub centre: Vec3,
-    pub radius2: f32,
-    pub seen: f32,
-}
-
-impl Records {
-    /// The view of a candidate from within `radius` of `x`; none if a patch is known to be beside every ray to its image.
-    pub(super) fn view(&self, c: &Candidate, x: Vec3, radius: f32) -> Option<View> {
-        if c.linear != NONE {
-            let linear = &self.linears[c.linear as usize];
-            return Some(View { centre: x + linear.dir(x), radius2: linear.sin2, seen: 1.0 });
-        }
-        let Signature { places, windows, .. } = &self.signatures[c.signature as usize];
-        let ball = |k: usize| (places[k].centre, places[k].radius * places[k].radius);
-        let sin2 = |centre: Vec3, radius2: f32| {
-            (radius2 / (centre - x).length_squared().max(f32::MIN_POSITIVE)).min(1.0)
-        };
-        let (centre, radius2) = ball(c.best as usize);
-        if c.gates == 0 {
-            return Some(View { centre, radius2, seen: 1.0 });
-        }
-        let (image, image_radius2) = ball(0);
-        let distance = (image - x).length();
-        let axis = (image - x) / distance;
-        let angle = sin2(image, image_radius2).sqrt();
-        let mut tightest = View { centre, radius2, seen: 1.0 };
-        for k in 1..3 {
-            if (c.gates | 1 << c.best) >> k & 1 == 0 {
-                continue;
-            }
-            let to = places[k].centre - x;
-            let along = to.dot(axis);
-            // How far the ray to the image moves at the patch as `x` does.
-            let slack = radius * (1.0 - along / distance).abs();
-            match windows[k - 1] {
-                Some(window) => {
-                    let (part, wide) = (window.part(x, axis, angle, 0.0), window.part(x, axis, angle, slack));
-                    let wide = wide?;
-                    // The image is round, not square.
-                    let area = std::f32::consts::FRAC_PI_4 * part.map_or(BESIDE * wide.area, |p| p.area)
-                        / (wide.distance * wide.distance);
-                    let (centre, radius2) =
-                        if wide.clipped { wide.ball(axis) } else { (image, image_radius2) };
-                    let sin2 = sin2(centre, radius2);
-                    if sin2 <= sin2_of(&tightest, x) {
-                        tightest =
-                            View { centre, radius2, seen: (area / (std::f32::consts::PI * sin2)).min(1.0) };
-                    }
-                }
-                // Both balls must lie on one ray.
-                None => {
-                    let offset = axis * along - to;
-                    if offset.length() > places[k].radius + angle * along.abs() + slack {
-                        return None;
-                    }
-                }
-            }
-        }
-        Some(tightest)
-    }
-}
-
-fn sin2_of(view: &View, x: Vec3) -> f32 {
-    (view.radius2 / (view.centre - x).length_squared().max(f32::MIN_POSITIVE)).min(1.0)
 }
 
 #[cfg(test)]
@@ -498,7 +298,7 @@ mod tests {
             record(1, Vec3::new(0.1, 0.0, 2.0), 0.3),
             record(2, Vec3::new(2.0, 0.0, 2.0), 0.01),
         ];
-        let records = Records::new(all);
+        let records = Records::new(all, &std::collections::HashMap::new());
         let cones = Cones::new(&records, Vec3::ZERO, Vec3::Z);
         assert_eq!(cones.len(), 3);
         // E[1 / density] over samples is the solid angle of the union.
@@ -506,8 +306,8 @@ mod tests {
         let mean: f64 = (0..n)
             .map(|i| {
                 let (a, b) = (sobol(i, Key::new(1)), sobol(i, Key::new(2)));
-                let w = cones.sample(a.u, [b.u, b.v]);
-                let d = cones.density(w);
+                let (w, missed) = cones.sample(a.u, [b.u, b.v]).unwrap();
+                let d = cones.density(w) + missed;
                 assert!(d > 0.0, "{w} lies in no cone");
                 1.0 / d as f64
             })

@@ -10,11 +10,16 @@
 //! Records only steer: gathers weigh their samples by density, so a bad cone costs noise and never bias.
 
 mod cones;
+mod exact;
+mod expected;
+mod flat;
 mod model;
 mod pick;
+mod view;
 
 pub(crate) use cones::direction_in_cone;
 pub use cones::{Cones, Lent, MOST};
+pub use exact::Exact;
 pub(crate) use pick::Around;
 
 use super::file::ZoneFileError;
@@ -25,6 +30,7 @@ use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
 use pick::Picks;
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// One arrival through a specular chain.
@@ -198,10 +204,11 @@ impl Default for Identity {
 }
 
 impl Records {
-    /// Group the records. The result depends on `records` and their order alone.
-    pub fn new(mut records: Vec<Record>) -> Records {
+    /// Group the records; `exact`: what surfaces say of their signatures. The result depends on these and on the order of the
+    /// records alone.
+    pub fn new(mut records: Vec<Record>, exact: &HashMap<u32, Exact>) -> Records {
         let mut all = Records { records: records.len() as u64, ..Records::default() };
-        all.name_signatures(&mut records);
+        all.name_signatures(&mut records, exact);
         let small = |here: &[Record]| {
             here.len() <= LEAF || here.len() <= LARGEST && here.len() < PER_SIGNATURE * distinct(here)
         };
@@ -247,10 +254,11 @@ impl Records {
     }
 
     /// Replace each record's signature by its index, and fit what each signature's records have in common.
-    fn name_signatures(&mut self, records: &mut [Record]) {
+    fn name_signatures(&mut self, records: &mut [Record], exact: &HashMap<u32, Exact>) {
         records.par_sort_by_key(|r| r.signature);
         let groups: Vec<&mut [Record]> = records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
-        self.signatures = groups.par_iter().map(|g| Signature::fit(g)).collect();
+        let known = |g: &[Record]| exact.get(&g[0].signature).copied().unwrap_or_default();
+        self.signatures = groups.par_iter().map(|g| Signature::fit(g, &known(g))).collect();
         self.names = groups.iter().map(|g| g[0].signature).collect();
         model::fit_classes(&mut self.signatures, &groups);
         groups
@@ -324,10 +332,11 @@ impl Records {
 
     /// A signature as seen from a leaf around `centre`.
     fn candidate(&self, signature: u32, share: f32, centre: Vec3) -> Candidate {
-        let places = &self.signatures[signature as usize].places;
+        let Signature { places, windows, .. } = &self.signatures[signature as usize];
         let mut sin2 = places.map(|p| p.sin2(centre));
-        // Behind a chain of one patch lies the luminaire itself: its image again, known less well.
-        if (places[2].centre - places[0].centre).length() <= 2.0 * places[0].radius {
+        // Behind a chain of one patch lies the luminaire itself: its image again, known less well, unless it is flat.
+        let flat = windows[1].is_some_and(|w| w.outline.is_some());
+        if !flat && (places[2].centre - places[0].centre).length() <= 2.0 * places[0].radius {
             sin2[2] = 1.0;
         }
         let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
@@ -539,12 +548,12 @@ mod tests {
     fn the_image_of_a_flat_mirror_is_found_from_anywhere_near() {
         let image = Vec3::new(1.0, 0.4, 2.0);
         for n in [1, 3, 20, 200] {
-            let records = Records::new(flat(image, 0.2, n));
+            let records = Records::new(flat(image, 0.2, n), &HashMap::new());
             for x in [Vec3::ZERO, Vec3::new(0.08, -0.05, 0.0)] {
                 let cones = Cones::new(&records, x, Vec3::Z);
                 let to = (image - x).normalize();
                 assert!(cones.len() == 1 && cones.density(to) > 0.0, "{n} records at {x}");
-                let w = cones.sample(0.5, [0.3, 0.8]);
+                let (w, _) = cones.sample(0.5, [0.3, 0.8]).unwrap();
                 assert!((w - to).length() < 2.0 * 0.002 / image.length(), "tight: {w} against {to}");
             }
         }

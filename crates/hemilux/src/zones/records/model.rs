@@ -6,7 +6,8 @@
 //! luminaires come close. Where the chain is curved, no place explains the records, and the direction is regressed on the
 //! position instead ([`Linear`]): the slope is the curvature of the wave front, learnt instead of computed.
 
-use super::Record;
+use super::{Exact, Record};
+use crate::world::outline::{Outline, RIM, ROUNDING};
 use crate::zones::wire::wire;
 use hemilux_scene::geom::{DVec3, Frame, Vec3};
 use std::collections::HashMap;
@@ -21,8 +22,9 @@ pub(super) struct Place {
 }
 
 wire!(Place { centre, radius });
-wire!(Window { centre, normal, axes });
-wire!(Signature { places, windows, strength, kind });
+wire!(Outline { corner, sides, triangle });
+wire!(Window { centre, normal, axes, outline });
+wire!(Signature { places, windows, roomy, strength, kind });
 wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
@@ -64,30 +66,21 @@ pub(super) struct Window {
     normal: Vec3,
     /// Unit axes and half-lengths (m).
     axes: [(Vec3, f32); 2],
+    /// What it is exactly, where surfaces and not records have shown it.
+    pub outline: Option<Outline>,
 }
 
 /// The part of an image that is seen through a window.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
-    /// Its middle (m).
-    pub centre: Vec3,
-    /// Half-axes of the rectangle around it.
-    pub half: [Vec3; 2],
+    /// What holds it.
+    pub outline: Outline,
     /// Whether the window cuts some of the image off.
     pub clipped: bool,
-    /// Area across the ray (m²).
-    pub area: f32,
+    /// Area across the ray that shows the image (m²).
+    pub shown: f32,
     /// Distance along the ray (m).
     pub distance: f32,
-}
-
-impl Part {
-    /// The ball around it, as seen along unit `axis`: centre (m), squared radius (m²).
-    pub fn ball(&self, axis: Vec3) -> (Vec3, f32) {
-        let across = |d: Vec3| (d - axis * axis.dot(d)).length_squared();
-        let [a, b] = self.half;
-        (self.centre, across(a + b).max(across(a - b)))
-    }
 }
 
 impl Window {
@@ -112,16 +105,51 @@ impl Window {
                 centre += u * (0.5 * (low + high));
                 (u, margin * 0.5 * (high - low))
             });
-            Window { centre, normal: axes[0].0.cross(axes[1].0), axes }
+            Window { centre, normal: axes[0].0.cross(axes[1].0), axes, outline: None }
         };
         (0..TURNS)
             .map(turned)
             .min_by(|x, y| (x.axes[0].1 * x.axes[1].1).total_cmp(&(y.axes[0].1 * y.axes[1].1)))
     }
 
+    /// The rectangle around `outline`, along its longer side.
+    fn of(outline: &Outline) -> Option<Window> {
+        let [a, b] = outline.sides;
+        let along = if a.length_squared() >= b.length_squared() { a } else { b };
+        let normal = a.cross(b).try_normalize()?;
+        let u = along.try_normalize()?;
+        let axes = [u, normal.cross(u)];
+        let far = if outline.triangle { Vec3::ZERO } else { a + b };
+        let corners = [Vec3::ZERO, a, b, far];
+        let mut centre = outline.corner;
+        let axes = axes.map(|u| {
+            let along = corners.map(|c| u.dot(c));
+            let (low, high) = along.iter().fold((f32::MAX, f32::MIN), |r, v| (r.0.min(*v), r.1.max(*v)));
+            centre += u * (0.5 * (low + high));
+            (u, 0.5 * (high - low))
+        });
+        Some(Window { centre, normal, axes, outline: Some(*outline) })
+    }
+
+    /// How much larger than it seems it is taken to be.
+    fn margin(&self) -> f32 {
+        if self.outline.is_some() { 1.0 } else { ROOMY }
+    }
+
     /// Its smaller half-length (m).
     pub fn narrow(&self) -> f32 {
         self.axes[0].1.min(self.axes[1].1)
+    }
+
+    /// Whether the ray from `x` along `d` goes through it, give or take `slack` (m).
+    #[inline]
+    pub fn passes(&self, x: Vec3, d: Vec3, slack: f32) -> bool {
+        let t = (self.centre - x).dot(self.normal) / d.dot(self.normal);
+        if !(t > 0.0 && t < f32::MAX) {
+            return false;
+        }
+        let met = x + d * t - self.centre;
+        self.axes.iter().all(|(u, half)| u.dot(met).abs() <= self.margin() * half + slack)
     }
 
     /// What is seen through it from `x` of a ball around unit `axis` with half-angle `angle` (radians, small), give or take
@@ -135,27 +163,38 @@ impl Window {
         }
         let met = x + axis * distance - self.centre;
         let blur = angle * distance;
-        let mut part =
-            Part { centre: self.centre, half: [Vec3::ZERO; 2], clipped: false, area: cos.abs(), distance };
+        let (mut corner, mut sides) = (self.centre, [Vec3::ZERO; 2]);
+        let (mut clipped, mut covered) = (false, 1.0);
         for (i, (u, half)) in self.axes.iter().enumerate() {
             // The ball's shadow on the plane is longer where the plane is tilted.
             let tilt = u.dot(axis) / cos;
-            let reach = (ROOMY * blur + slack) * (1.0 + tilt * tilt).sqrt();
-            let (at, half) = (u.dot(met), ROOMY * half);
+            let reach = (blur + slack) * (1.0 + tilt * tilt).sqrt();
+            let (at, half) = (u.dot(met), self.margin() * half);
             let (low, high) = ((at - reach).max(-half), (at + reach).min(half));
             if low >= high {
                 return None;
             }
-            part.clipped |= high - low < 1.99 * reach;
-            part.centre += *u * (0.5 * (low + high));
-            part.half[i] = *u * (0.5 * (high - low));
-            part.area *= high - low;
+            clipped |= high - low < 1.99 * reach;
+            covered *= (high - low) / (2.0 * half);
+            corner += *u * low;
+            sides[i] = *u * (high - low);
         }
-        Some(part)
+        let area = sides[0].length() * sides[1].length() * cos.abs();
+        let triangle = self.outline.filter(|o| o.triangle);
+        // The image is round, not square; a triangle fills half of its rectangle.
+        let round = if covered > WHOLE { 1.0 } else { std::f32::consts::FRAC_PI_4 };
+        let shown = area * round * if triangle.is_some() { 0.5 } else { 1.0 };
+        let part = Outline { corner, sides, triangle: false };
+        let outline = triangle.filter(|_| covered > TRIANGULAR).unwrap_or(part);
+        Some(Part { outline, clipped, shown, distance })
     }
 }
 
-/// Images and windows are taken to be this much larger than they seem: too wide costs less than too narrow.
+/// An image that covers so much of a window covers all of it.
+const WHOLE: f32 = 0.9;
+/// A part that covers so much of the rectangle around a triangle is left to the triangle.
+const TRIANGULAR: f32 = 0.5;
+/// Images and windows that records show are taken to be this much larger than they seem: too wide costs less than too narrow.
 const ROOMY: f32 = 1.1;
 /// Turns that are tried for a window.
 const TURNS: u32 = 12;
@@ -165,8 +204,10 @@ const TURNS: u32 = 12;
 pub(super) struct Signature {
     /// The image; then the last patch of the chain, and the one before as seen through it.
     pub places: [Place; 3],
-    /// The patches' rectangles, where there are records enough.
+    /// The patches' rectangles, where surfaces say them or records are many.
     pub windows: [Option<Window>; 2],
+    /// How much larger than it seems the image is taken to be.
+    pub roomy: f32,
     /// Radiance of the luminaire times what the chain leaves of it (luminance, W·sr⁻¹·m⁻²).
     pub strength: f32,
     /// 1 if the source is a bright zone, 0 if it is a luminaire.
@@ -195,6 +236,9 @@ pub(super) fn fit_classes(signatures: &mut [Signature], groups: &[&mut [Record]]
     for (signature, group) in signatures.iter_mut().zip(groups) {
         let Some(class) = sizes.get(&group[0].class).filter(|_| group.len() < SHOWN) else { continue };
         for k in 0..2 {
+            if signature.windows[k].is_some_and(|w| w.outline.is_some()) {
+                continue;
+            }
             // The upper quartile; the centre of few points is uncertain by as much again over their root.
             let typical = class[k][class[k].len() * 3 / 4] * (1.0 + 1.0 / (group.len() as f32).sqrt());
             let n = group.len() as f32;
@@ -249,7 +293,9 @@ impl Signature {
             // How far the ray to the image moves at the patch when `x` does.
             let slack = 1.5 * radius * (1.0 - along / distance).abs();
             match self.windows[k] {
-                Some(window) => along > 1.5 * radius && window.part(x, axis, angle, slack).is_none(),
+                Some(window) => {
+                    along > 1.5 * radius && window.part(x, axis, angle * self.roomy, slack).is_none()
+                }
                 None => {
                     let offset = axis * along - (place.centre - x);
                     along > 1.5 * (radius + place.radius)
@@ -274,16 +320,34 @@ impl Signature {
         through(0).min(through(1)).min(SHORT * distance)
     }
 
-    pub fn fit(records: &[Record]) -> Signature {
+    pub fn fit(records: &[Record], exact: &Exact) -> Signature {
         let n = records.len() as f32;
-        let patches = [0, 1].map(|k: usize| Place::fit(records, |r| r.reach[k], None));
+        let outlines = exact.outlines.map(|o| o.map(|o| o.with_rim()));
+        let exactly = outlines.map(|o| o.as_ref().and_then(Window::of));
         let window = |k: usize| {
-            let points: Vec<Vec3> = records.iter().map(|r| r.p + r.dir * r.reach[k]).collect();
-            if records.len() >= SHOWN { Window::fit(&points) } else { None }
+            exactly[k].or_else(|| {
+                let points: Vec<Vec3> = records.iter().map(|r| r.p + r.dir * r.reach[k]).collect();
+                if records.len() >= SHOWN { Window::fit(&points) } else { None }
+            })
+        };
+        let patch = |k: usize| match outlines[k] {
+            Some(outline) => {
+                let (centre, radius) = outline.ball();
+                Place { centre, radius }
+            }
+            None => Place::fit(records, |r| r.reach[k], None),
+        };
+        let (image, roomy) = match exact.image {
+            Some(centre) => {
+                let rim = ROUNDING * centre.abs().max_element();
+                (Place { centre, radius: (1.0 + RIM) * records[0].radius + rim }, 1.0)
+            }
+            None => (Place::fit(records, |r| r.length, Some(records[0].radius)), ROOMY),
         };
         Signature {
             windows: [window(0), window(1)],
-            places: [Place::fit(records, |r| r.length, Some(records[0].radius)), patches[0], patches[1]],
+            places: [image, patch(0), patch(1)],
+            roomy,
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
             kind: records[0].of_zone as u8,
         }

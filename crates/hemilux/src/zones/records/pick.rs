@@ -8,8 +8,9 @@
 //! Invariant: [`Around::density`] of a name at a direction is the density over which [`Around::pick`] gives that direction for that
 //! name.
 
+use super::direction_in_cone;
+use super::view::height_of;
 use super::{Candidate, NONE, Records};
-use crate::zones::records::cones::{direction_in_cone, height_of};
 use hemilux_scene::geom::Vec3;
 use std::f32::consts::TAU;
 
@@ -145,9 +146,10 @@ impl Around<'_> {
             return Some((linear.dir(self.x), height_of(linear.sin2)));
         }
         let view = self.records.view(candidate, self.x, 0.0)?;
-        let to = view.centre - self.x;
+        let (centre, radius2) = view.shape.ball();
+        let to = centre - self.x;
         let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
-        let sin2 = (view.radius2 / distance2).min(1.0);
+        let sin2 = (radius2 / distance2).min(1.0);
         let axis = to / distance2.sqrt();
         (axis.dot(self.n) > -sin2.sqrt()).then(|| (axis, height_of(sin2)))
     }
