@@ -55,7 +55,7 @@ fn surprises(report: &serde_json::Value) -> Vec<(u64, f64)> {
 #[test]
 fn surprise_makes_more_particles_and_every_part_the_same() {
     let b = Bench::new();
-    b.write("mirrors.pbrt", &scene(140, true));
+    b.write("mirrors.pbrt", &scene(100, true));
     let render = |spp: &str, more: &[&str]| {
         let args = ["render", "mirrors.pbrt", "--zone-budget", "500", "--spp", spp];
         let run = b.run(&[&args, more].concat());

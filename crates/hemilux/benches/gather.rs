@@ -89,7 +89,8 @@ fn kernels(c: &mut Criterion) {
             let mut sampler = Sampler::new(1, i as u64, 0);
             let u = sampler.next2();
             let dir = Vec3::new(u[0] - 0.5, 1.0, u[1] - 0.5).normalize();
-            let start = Start { origin: Vec3::new(2.0, 1.0, 1.2), dir, arrival: Arrival::Full, depth: 0 };
+            let start =
+                Start { origin: Vec3::new(2.0, 1.0, 1.2), dir, arrival: Arrival::Full, depth: 0, worth: 0.0 };
             black_box(walker.field_radiance(start, &mut sampler, &mut Tally::default()))
         })
     });

@@ -143,8 +143,21 @@ pub fn gather(
     let cone_rays = cone_rays(&cones, plan);
     let receiver = Receiver::surface(s, bsdf);
     let looks = walker.world.hints.looks(&receiver, plan.rays);
-    let at =
-        Point { walker, s, receiver, bsdf, wo, broad: &broad, cones: &cones, cone_rays, looks: &looks, plan };
+    let rays = broad.own.iter().sum::<u32>() + broad.guided + cone_rays;
+    let worth = rays as f32 * worth(walker, s, bsdf, wo);
+    let at = Point {
+        walker,
+        s,
+        receiver,
+        bsdf,
+        wo,
+        broad: &broad,
+        cones: &cones,
+        cone_rays,
+        looks: &looks,
+        plan,
+        worth,
+    };
     let mut radiance = at.by_cones(sampler, tally);
     let by_shadow_rays = at.by_shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
@@ -159,6 +172,19 @@ pub fn gather(
     }
     tally.judge(radiance, radiance + by_shadow_rays);
     radiance + by_shadow_rays
+}
+
+/// One over the surface radiance that the zone at `s` expects, for walks whose residuals are to be shared out by what they bring; 0
+/// where that is not asked for or not known.
+fn worth(walker: &Walker, s: &Surface, bsdf: &Bsdf, wo: Vec3) -> f32 {
+    match walker.zones {
+        // A sensor is no part of any zone.
+        Some(zones) if walker.residual.share > 0.0 && s.t > 0.0 && bsdf.has_diffuse() => {
+            let expected = zones.reflected(&zones.locate(walker.world, s, [0.5, 0.5]), bsdf, wo).luminance();
+            if expected > 0.0 { 1.0 / expected } else { 0.0 }
+        }
+        _ => 0.0,
+    }
 }
 
 /// As many as there are images, but no more than the plan's own rays (of twelve ways to share rays between the two in four
@@ -183,6 +209,8 @@ struct Point<'a> {
     cone_rays: u32,
     looks: &'a Looks,
     plan: &'a GatherPlan,
+    /// See [`Start::worth`]: that of a ray whose BRDF × cosine over density is 1.
+    worth: f32,
 }
 
 impl Point<'_> {
@@ -275,7 +303,8 @@ impl Point<'_> {
         }
         let samples = self.plan.shadow_rays as f32;
         let arrival = Arrival::Shared { from: self.receiver, rays: density, samples };
-        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1 };
+        let worth = f.luminance() / density * self.worth;
+        let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, worth };
         let value = f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density);
         tally.brought(value);
         value

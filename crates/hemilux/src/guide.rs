@@ -14,7 +14,7 @@ use crate::sampler::Sampler;
 use crate::world::Surface;
 use crate::zones::Zones;
 use crate::zones::field::Prediction;
-use crate::zones::records::Lent;
+use crate::zones::records::{Around, Lent};
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -24,7 +24,7 @@ const BY_CONES: f32 = 0.35;
 const BY_PREDICTION: f32 = 0.5;
 
 /// Where more images than this are listed there are no cones: vertices of paths lie anywhere, so each would expect anew what a
-/// gather shares with its neighbours.
+/// gather shares with its neighbours. There single images are picked instead ([`crate::images`]).
 const MOST_LISTED: usize = 64;
 
 /// The mixture at one vertex.
@@ -47,6 +47,8 @@ pub(crate) struct Next {
     pub density: f32,
     /// Whether it came from a delta lobe.
     pub delta: bool,
+    /// Whether it leads through the surface.
+    pub transmitted: bool,
     /// Refractive index beyond over that before, 1 where nothing is refracted.
     pub eta: f32,
 }
@@ -99,7 +101,15 @@ impl<'a> Guide<'a> {
                 let next = bsdf.sample(wo, u_part, u, Quantity::Radiance)?;
                 if next.delta {
                     let weight = next.weight * (1.0 / by_scattering);
-                    return Some(Next { wi: next.wi, weight, density: 0.0, delta: true, eta: next.eta });
+                    let transmitted = next.transmitted;
+                    return Some(Next {
+                        wi: next.wi,
+                        weight,
+                        density: 0.0,
+                        delta: true,
+                        transmitted,
+                        eta: next.eta,
+                    });
                 }
                 s.frame.to_world(next.wi).normalize()
             }
@@ -112,9 +122,19 @@ impl<'a> Guide<'a> {
             weight: f * (1.0 / density),
             density,
             delta: false,
+            transmitted: wi.z * wo.z < 0.0,
             eta: 1.0,
         })
     }
+}
+
+/// The images to pick single ones from at `s`, where they are too many for cones; `None` elsewhere.
+pub(crate) fn images<'a>(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Around<'a>> {
+    let (records, n) = (zones.records(), s.facing());
+    if !bsdf.has_diffuse() || records.is_empty() || records.listed(s.p, n) <= MOST_LISTED {
+        return None;
+    }
+    records.around(s.p, n)
 }
 
 /// The cones at `p`; `None` if there are none.

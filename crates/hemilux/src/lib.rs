@@ -16,6 +16,7 @@ pub mod film;
 pub mod gather;
 mod guide;
 pub mod hints;
+mod images;
 pub mod picture;
 pub mod prologue;
 pub mod render;

@@ -7,7 +7,7 @@ use crate::adaptive::Rates;
 use crate::bsdf::Bsdf;
 use crate::film::{Film, Sample, Tile};
 use crate::gather::{GatherPlan, gather};
-use crate::residual::{Study, study};
+use crate::residual::{Pair, Study, pairs, study};
 use crate::sampler::Sampler;
 use crate::transport::{Arrival, Residual, Start, Tally, Walker};
 use crate::world::camera::{CameraRay, Lens};
@@ -194,6 +194,11 @@ impl<'a> Renderer<'a> {
     /// Study the zones' bias, and what residuals would cost, by `pairs` camera samples of `region`.
     pub fn study(&self, region: [u32; 4], pairs: usize) -> Study {
         study(self, &self.lens, region, pairs, self.options.seed)
+    }
+
+    /// The pairs of such a study, of any options.
+    pub fn pairs(&self, region: [u32; 4], count: usize) -> Vec<Pair> {
+        pairs(self, &self.lens, region, count, self.options.seed)
     }
 
     /// The residuals.
@@ -411,7 +416,8 @@ impl<'a> Renderer<'a> {
         out.radiance = match self.options.mode {
             Mode::Path => {
                 let walker = Walker { max_depth: self.options.max_depth, ..Walker::path(self.world) };
-                let start = Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0 };
+                let start =
+                    Start { origin: ray.origin, dir: ray.dir, arrival: Arrival::Full, depth: 0, worth: 0.0 };
                 walker.field_radiance_from(start, first, sampler, tally)
             }
             Mode::Zonal | Mode::Corrected | Mode::Zones => {

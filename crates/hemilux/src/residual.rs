@@ -15,7 +15,8 @@ use rayon::prelude::*;
 
 /// Share of residuals in pairs.
 pub const PAIR_SHARE: f32 = 0.25;
-/// Shares are within these: residuals that never come never correct, and more than half seldom pays.
+/// Shares are within these: residuals that never come never correct, and more than half seldom pays. In pictures the share is that of
+/// a gather ray that brings what is expected of it; others have more or less ([`crate::transport`]), no more in the mean.
 const SHARES: (f64, f64) = (0.02, 0.5);
 
 /// One pair of estimates (luminance) of one thing, and a second zonal one with other random numbers.
@@ -76,11 +77,16 @@ impl Study {
 
 /// Study `pairs` camera samples of the picture that `renderer` makes (over zones), spread over `region` at random.
 pub fn study(renderer: &Renderer, lens: &Lens, region: [u32; 4], pairs: usize, seed: u64) -> Study {
+    Study::of(&self::pairs(renderer, lens, region, pairs, seed))
+}
+
+/// The pairs of a study.
+pub fn pairs(renderer: &Renderer, lens: &Lens, region: [u32; 4], pairs: usize, seed: u64) -> Vec<Pair> {
     let [x0, x1, y0, y1] = region;
     let zonal = renderer.clone().with_residual(Residual::NONE);
     let corrected = renderer.clone().with_residual(Residual::new(PAIR_SHARE));
     let key = Key::new(seed).with(0x9a_125);
-    let all: Vec<Pair> = (0..pairs as u64)
+    (0..pairs as u64)
         .into_par_iter()
         .map(|i| {
             let at = key.with(i);
@@ -99,8 +105,7 @@ pub fn study(renderer: &Renderer, lens: &Lens, region: [u32; 4], pairs: usize, s
             let (c, corrected_rays) = one(&corrected, 0);
             Pair { zonal: [a, b], corrected: c, zonal_rays, corrected_rays }
         })
-        .collect();
-    Study::of(&all)
+        .collect()
 }
 
 #[cfg(test)]

@@ -480,7 +480,7 @@ impl<'a> Sense<'a> {
         match self.options.receiver {
             Receiver::Irradiance => irradiance(walker, p, n, &PLAN, &mut sampler, tally),
             Receiver::Radiance => {
-                let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0 };
+                let start = Start { origin: p, dir: n, arrival: Arrival::Full, depth: 0, worth: 0.0 };
                 walker.field_radiance(start, &mut sampler, tally)
             }
         }

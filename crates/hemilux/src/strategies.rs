@@ -303,7 +303,7 @@ impl Domain<'_, '_> {
         self.next += 1;
         let w = self.surface.frame.to_world(wi).normalize();
         let arrival = if dark { Arrival::Unlit } else { Arrival::Full };
-        let start = Start { origin: self.surface.leave(w), dir: w, arrival, depth: 1 };
+        let start = Start { origin: self.surface.leave(w), dir: w, arrival, depth: 1, worth: 0.0 };
         self.walker.field_radiance(start, &mut branch, self.tally)
     }
 

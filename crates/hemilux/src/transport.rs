@@ -11,12 +11,16 @@
 //! nothing from it. Unbiased for the whole light transport, whatever the zones are. Paths that light particles can lead (a
 //! solution at hand, and no zone to end on) draw their directions from a [`crate::guide`].
 
+mod correction;
+
 use crate::bsdf::{Bsdf, Transport as Quantity};
-use crate::guide::{Guide, Next};
+use crate::guide::{Guide, Next, images};
+use crate::images::{Chain, Origin};
 use crate::sampler::Sampler;
 use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
+use correction::End;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 
@@ -118,20 +122,19 @@ pub struct Residual {
     pub share: f32,
     /// What the residual counts: 1. Anything else is wrong, and serves the tests to see that they notice.
     pub weight: f32,
+    /// What the density of a single image's ray ([`crate::images`]) is multiplied by where its value is divided by it: 1, or wrong.
+    pub density: f32,
 }
 
 impl Residual {
     /// No residuals.
-    pub const NONE: Residual = Residual { share: 0.0, weight: 1.0 };
+    pub const NONE: Residual = Residual { share: 0.0, weight: 1.0, density: 1.0 };
 
     /// Residuals with probability `share`.
     pub fn new(share: f32) -> Residual {
-        Residual { share, weight: 1.0 }
+        Residual { share, ..Residual::NONE }
     }
 }
-
-/// Stream of a vertex's residual below the walk's own random numbers.
-const RESIDUAL_STREAM: u32 = 0xc0_44ec;
 
 /// Everything a walk needs to know.
 #[derive(Clone, Copy)]
@@ -147,6 +150,8 @@ pub struct Walker<'a> {
     pub max_depth: u32,
     /// What makes up for the zones' bias.
     pub residual: Residual,
+    /// How many residuals this walk is within.
+    pub generation: u32,
 }
 
 /// Where a walk starts.
@@ -160,12 +165,22 @@ pub struct Start {
     pub arrival: Arrival,
     /// Scattering events before this ray.
     pub depth: u32,
+    /// What a unit of radiance counts, in units of what one ray of its gather is expected to bring: residuals are shared out by
+    /// it. 0 where that is not known: then all walks are alike.
+    pub worth: f32,
 }
 
 impl<'a> Walker<'a> {
     /// A path tracer without limit.
     pub fn path(world: &'a World) -> Walker<'a> {
-        Walker { world, zones: None, steer: None, max_depth: u32::MAX, residual: Residual::NONE }
+        Walker {
+            world,
+            zones: None,
+            steer: None,
+            max_depth: u32::MAX,
+            residual: Residual::NONE,
+            generation: 0,
+        }
     }
 
     /// The solution that steers gathers.
@@ -211,7 +226,19 @@ impl<'a> Walker<'a> {
     pub fn field_radiance_from(
         &self,
         start: Start,
+        hit: Option<Surface>,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        self.walk(start, hit, None, sampler, tally)
+    }
+
+    /// The same; `picked`: the vertex it starts from, if images were picked there.
+    fn walk(
+        &self,
+        start: Start,
         mut hit: Option<Surface>,
+        mut picked: Option<Origin<'a>>,
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Rgb {
@@ -222,6 +249,8 @@ impl<'a> Walker<'a> {
         // caustic bin holds the same.
         let mut after_chain = Rgb::WHITE;
         let mut in_chain = false;
+        // Since the walk last scattered.
+        let mut chain = Chain::new();
         let mut travelled = 0.0;
         // Whether the walk has left the gather's own ray behind.
         let mut later = depth > 1;
@@ -230,25 +259,32 @@ impl<'a> Walker<'a> {
         let mut worth = 1.0;
         loop {
             let Some(s) = hit else {
-                let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                let sky = self.sky(origin, dir, arrival);
+                let counts = if in_chain { after_chain } else { Rgb::WHITE };
+                let sky = match picked.filter(|_| in_chain) {
+                    Some(from) => self.sky_by(origin, dir, |i| from.share(self.world, &chain, i)),
+                    None => self.sky(origin, dir, arrival),
+                };
                 tally.note(in_chain, later, sky);
-                radiance += beta * chain * sky;
+                radiance += beta * counts * sky;
                 break;
             };
             travelled += s.t;
             if s.luminaire != NO_LUMINAIRE {
-                let chain = if in_chain { after_chain } else { Rgb::WHITE };
-                let emission = self.emission(&s, arrival);
+                let counts = if in_chain { after_chain } else { Rgb::WHITE };
+                let mut emission = self.emission(&s, arrival);
+                if let Some(from) = picked.filter(|_| in_chain) {
+                    emission *= from.share(self.world, &chain, s.luminaire);
+                }
                 tally.note(in_chain, later, emission);
-                radiance += beta * chain * emission;
+                radiance += beta * counts * emission;
             }
             if depth >= self.max_depth.min(LONGEST_WALK) {
                 break;
             }
             let bsdf = self.world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            let (zonal, going_on) = self.end_on_zone(&s, &bsdf, wo, travelled, depth, sampler, tally);
+            let (zonal, going_on) =
+                self.end_on_zone(&s, &bsdf, wo, travelled, depth, start.worth * beta.max(), sampler, tally);
             radiance += beta * zonal;
             let narrow;
             let on = match going_on {
@@ -269,8 +305,16 @@ impl<'a> Walker<'a> {
                 }
                 _ => None,
             };
+            let around = match going_on {
+                GoingOn::All => self.leads().and_then(|zones| images(zones, &s, on)),
+                _ => None,
+            };
             if on.has_non_delta() {
                 radiance += beta * self.direct(&s, &at, on, guide.as_ref(), wo, sampler, tally);
+            }
+            if let Some(around) = &around {
+                radiance +=
+                    beta * self.virtual_direct(&s, on, guide.as_ref(), around, wo, depth, sampler, tally);
             }
             let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
             let wi = s.frame.to_world(next.wi).normalize();
@@ -288,10 +332,13 @@ impl<'a> Walker<'a> {
             depth += 1;
             if next.delta {
                 in_chain = true;
+                chain.pass(self.world, &s, next.transmitted);
                 arrival = if let Arrival::Unlit = arrival { arrival } else { Arrival::Full };
             } else {
                 arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
                 in_chain = false;
+                chain = Chain::new();
+                picked = around.map(|around| self.origin(around, wi, next.density));
                 travelled = 0.0;
                 later = true;
                 after_chain = match going_on {
@@ -311,20 +358,23 @@ impl<'a> Walker<'a> {
 
     /// Radiance of the skies at `origin` along `dir`, weighted.
     pub(crate) fn sky(&self, origin: Vec3, dir: Vec3, arrival: Arrival) -> Rgb {
+        self.sky_by(origin, dir, |i| match arrival {
+            Arrival::Full => 1.0,
+            Arrival::None | Arrival::Unlit => 0.0,
+            Arrival::Shared { from, rays, samples } => {
+                let other = self.world.luminaires.sky_pdf(&self.world.scene, i, &from, dir);
+                power_heuristic(rays, samples * other)
+            }
+        })
+    }
+
+    /// The same with `share` of each sky.
+    fn sky_by(&self, origin: Vec3, dir: Vec3, share: impl Fn(u32) -> f32) -> Rgb {
         let mut sum = Rgb::BLACK;
         for (radiance, i) in self.world.luminaires.sky_radiance(&self.world.scene, origin, dir) {
-            if radiance.is_black() {
-                continue;
+            if !radiance.is_black() {
+                sum += radiance * share(i);
             }
-            sum += radiance
-                * match arrival {
-                    Arrival::Full => 1.0,
-                    Arrival::None | Arrival::Unlit => 0.0,
-                    Arrival::Shared { from, rays, samples } => {
-                        let other = self.world.luminaires.sky_pdf(&self.world.scene, i, &from, dir);
-                        power_heuristic(rays, samples * other)
-                    }
-                };
         }
         sum
     }
@@ -358,6 +408,7 @@ impl<'a> Walker<'a> {
         wo: Vec3,
         travelled: f32,
         depth: u32,
+        worth: f32,
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> (Rgb, GoingOn) {
@@ -369,58 +420,13 @@ impl<'a> Walker<'a> {
         let place = zones.locate(self.world, s, jitter);
         if travelled >= ZONE_TRUST * place.radius {
             let zonal = zones.reflected(&place, bsdf, wo);
-            (zonal + self.residual(s, bsdf, wo, zonal, depth, sampler, tally), GoingOn::NarrowLobes)
+            let end = End { s, bsdf, wo, place, zonal, depth, worth };
+            (zonal + self.residual(zones, &end, sampler, tally), GoingOn::NarrowLobes)
         } else if self.residual.share > 0.0 {
             (Rgb::BLACK, GoingOn::All)
         } else {
             (zones.reflected_caustic(&place, bsdf, wo), GoingOn::WithoutCaustic)
         }
-    }
-
-    /// An estimate of what the zone at `s` gets wrong: with probability q, (path − zone) / q, for the diffuse lobes only.
-    fn residual(
-        &self,
-        s: &Surface,
-        bsdf: &Bsdf,
-        wo: Vec3,
-        zonal: Rgb,
-        depth: u32,
-        sampler: &Sampler,
-        tally: &mut Tally,
-    ) -> Rgb {
-        let Residual { share, weight } = self.residual;
-        // Numbers of its own: without residuals the walk is the same.
-        let mut sampler = sampler.branch(RESIDUAL_STREAM);
-        if share <= 0.0 || sampler.next1() >= share {
-            return Rgb::BLACK;
-        }
-        let path = self.diffuse_by_path(s, &bsdf.only_diffuse(), wo, depth, &mut sampler, tally);
-        (path - zonal) * (weight / share)
-    }
-
-    /// The surface radiance by diffuse lobes, continued as a path: luminaire sampling and a bounce, shared by the power
-    /// heuristic. Unbiased.
-    fn diffuse_by_path(
-        &self,
-        s: &Surface,
-        diffuse: &Bsdf,
-        wo: Vec3,
-        depth: u32,
-        sampler: &mut Sampler,
-        tally: &mut Tally,
-    ) -> Rgb {
-        let at = Receiver::surface(s, diffuse);
-        let guide = self.guide().and_then(|zones| Guide::new(zones, s, diffuse));
-        let direct = self.direct(s, &at, diffuse, guide.as_ref(), wo, sampler, tally);
-        let Some(next) = sample(s, diffuse, guide.as_ref(), wo, sampler) else { return direct };
-        let wi = s.frame.to_world(next.wi).normalize();
-        if s.is_front(wi) != (next.wi.z > 0.0) {
-            return direct;
-        }
-        let arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
-        let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: depth + 1 };
-        let path = Walker { zones: None, steer: self.guide(), ..*self };
-        direct + next.weight * path.field_radiance(start, sampler, tally)
     }
 
     /// One luminaire sample at `s`, weighted against sampling the scattering, or the mixture that `guide` makes of it.
@@ -494,6 +500,7 @@ fn sample(s: &Surface, bsdf: &Bsdf, guide: Option<&Guide>, wo: Vec3, sampler: &m
                 weight: next.weight,
                 density: next.pdf,
                 delta: next.delta,
+                transmitted: next.transmitted,
                 eta: next.eta,
             })
         }

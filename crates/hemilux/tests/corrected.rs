@@ -106,7 +106,7 @@ fn corrected_is_path_whatever_the_zones() {
         let path = pictures(&world, &zones, Mode::Path, None);
         let good = disagreement(&pictures(&world, &zones, Mode::Corrected, Some(Residual::new(0.3))), &path);
         let zonal = disagreement(&pictures(&world, &zones, Mode::Zonal, None), &path);
-        let turned = Residual { share: 0.3, weight: -1.0 };
+        let turned = Residual { weight: -1.0, ..Residual::new(0.3) };
         let turned = disagreement(&pictures(&world, &zones, Mode::Corrected, Some(turned)), &path);
         println!(
             "{name}: pixels over the limit, z of the mean: corrected {good:?}, zonal {zonal:?}, sign turned {turned:?}"

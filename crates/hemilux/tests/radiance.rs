@@ -21,7 +21,7 @@ fn world(text: &str, view: Option<&str>) -> World {
 fn along(world: &World, origin: [f32; 3], dir: [f32; 3], n: u64) -> Rgb {
     let walker = Walker::path(world);
     let (origin, dir) = (Vec3::from(origin), Vec3::from(dir).normalize());
-    let start = Start { origin, dir, arrival: Arrival::Full, depth: 0 };
+    let start = Start { origin, dir, arrival: Arrival::Full, depth: 0, worth: 0.0 };
     let mut sum = Rgb::BLACK;
     for i in 0..n {
         sum += walker.field_radiance(start, &mut Sampler::new(3, i, 0), &mut Tally::default());

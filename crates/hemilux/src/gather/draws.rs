@@ -42,8 +42,20 @@ pub fn draws(
     let cone_rays = cone_rays(&cones, plan);
     let receiver = Receiver::surface(s, bsdf);
     let looks = walker.world.hints.looks(&receiver, plan.rays);
-    Point { walker, s, receiver, bsdf, wo, broad: &broad, cones: &cones, cone_rays, looks: &looks, plan }
-        .draws(sampler)
+    let at = Point {
+        walker,
+        s,
+        receiver,
+        bsdf,
+        wo,
+        broad: &broad,
+        cones: &cones,
+        cone_rays,
+        looks: &looks,
+        plan,
+        worth: 0.0,
+    };
+    at.draws(sampler)
 }
 
 impl Point<'_> {

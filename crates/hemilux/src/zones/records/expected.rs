@@ -207,7 +207,7 @@ impl Expected {
         });
         let even = (if promising > 0.0 { EVENLY } else { 1.0 - BY_FLUX }) / self.found.len().max(1) as f32;
         let share = |f: &Found| by_expectation[f.kind as usize] * f.bring + by_flux * f.share + even;
-        self.need = need(&self.found, &share);
+        self.need = need(&self.found, share);
         let found = std::mem::take(&mut self.found);
         let (mut cumulative, mut squares) = (0.0, 0.0);
         let mut put = |this: &mut Expected, ball: (Vec3, f32), share: f32| {

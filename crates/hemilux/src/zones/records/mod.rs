@@ -14,11 +14,13 @@ mod exact;
 mod expected;
 mod flat;
 mod model;
+mod pick;
 mod view;
 
 pub(crate) use cones::direction_in_cone;
 pub use cones::{Cones, Lent, MOST};
 pub use exact::Exact;
+pub(crate) use pick::Around;
 
 use super::file::ZoneFileError;
 use super::kd::{Group, Kd, Placed, morton};
@@ -26,6 +28,7 @@ use super::wire::{Wire, wire};
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
+use pick::Picks;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -83,8 +86,12 @@ pub struct Records {
     /// How far apart points of each leaf may lie to expect the same (m).
     grains: Vec<f32>,
     signatures: Vec<Signature>,
+    /// The hash that each signature is known by, in ascending order.
+    names: Vec<u32>,
     linears: Vec<Linear>,
     records: u64,
+    /// What single images are picked by; made from the rest.
+    picks: Picks,
     /// No two live ones are alike.
     identity: Identity,
 }
@@ -124,7 +131,38 @@ const LISTED: usize = 4096;
 const UNRECORDED: f32 = 0.25;
 
 wire!(Candidate { signature, linear, best, gates, share });
-wire!(Records { kd, first, candidates, grains, signatures, linears, records, identity });
+
+impl Wire for Records {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.kd.put(out);
+        self.first.put(out);
+        self.candidates.put(out);
+        self.grains.put(out);
+        self.signatures.put(out);
+        self.names.put(out);
+        self.linears.put(out);
+        self.records.put(out);
+    }
+
+    fn take(at: &mut &[u8]) -> Result<Self, ZoneFileError> {
+        let mut all = Records {
+            kd: Wire::take(at)?,
+            first: Wire::take(at)?,
+            candidates: Wire::take(at)?,
+            grains: Wire::take(at)?,
+            signatures: Wire::take(at)?,
+            names: Wire::take(at)?,
+            linears: Wire::take(at)?,
+            records: Wire::take(at)?,
+            ..Records::default()
+        };
+        if !all.is_sound() {
+            return Err(ZoneFileError::Damaged("its records contradict themselves"));
+        }
+        all.picks = Picks::of(&all);
+        Ok(all)
+    }
+}
 
 impl Default for Records {
     fn default() -> Self {
@@ -134,8 +172,10 @@ impl Default for Records {
             candidates: Vec::new(),
             grains: Vec::new(),
             signatures: Vec::new(),
+            names: Vec::new(),
             linears: Vec::new(),
             records: 0,
+            picks: Picks::default(),
             identity: Identity::default(),
         }
     }
@@ -160,14 +200,6 @@ impl Default for Identity {
     fn default() -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         Identity(NEXT.fetch_add(1, Ordering::Relaxed))
-    }
-}
-
-impl Wire for Identity {
-    fn put(&self, _: &mut Vec<u8>) {}
-
-    fn take(_: &mut &[u8]) -> Result<Self, ZoneFileError> {
-        Ok(Identity::default())
     }
 }
 
@@ -198,6 +230,7 @@ impl Records {
             all.first.push(all.candidates.len() as u32);
             all.grains.push(grain);
         }
+        all.picks = Picks::of(&all);
         all
     }
 
@@ -226,6 +259,7 @@ impl Records {
         let groups: Vec<&mut [Record]> = records.chunk_by_mut(|a, b| a.signature == b.signature).collect();
         let known = |g: &[Record]| exact.get(&g[0].signature).copied().unwrap_or_default();
         self.signatures = groups.par_iter().map(|g| Signature::fit(g, &known(g))).collect();
+        self.names = groups.iter().map(|g| g[0].signature).collect();
         model::fit_classes(&mut self.signatures, &groups);
         groups
             .into_par_iter()
@@ -365,6 +399,8 @@ impl Records {
             && self.first.is_sorted()
             && self.grains.len() + 1 == self.first.len()
             && self.grains.iter().all(|g| *g > 0.0)
+            && self.names.len() == self.signatures.len()
+            && self.names.is_sorted()
             && self.first.last().is_some_and(|l| *l as usize == self.candidates.len())
             && self.candidates.iter().all(known)
     }
@@ -385,6 +421,7 @@ impl Records {
             + self.candidates.len() * size_of::<Candidate>()
             + self.signatures.len() * size_of::<Signature>()
             + self.linears.len() * size_of::<Linear>()
+            + self.picks.memory_bytes()
     }
 
     /// How many images are listed around `p` on a surface that faces unit `n`.

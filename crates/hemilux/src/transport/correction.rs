@@ -1,0 +1,161 @@
+//! What walks add where they end on a zone in mode corrected: residuals, (path − zone) / q.
+//!
+//! q goes by what the zone brings, as the zones themselves say: compare adjoint-driven Russian roulette and splitting (J. Vorba and
+//! J. Křivánek 2016), with the solution as the adjoint. A path that goes on from a zone may end on a zone itself, with a residual of its own, so the
+//! zones are a control variate at every bounce and not at the first alone; after [`GENERATIONS`] it goes on as a plain path.
+//! Whatever q is and whatever the zones say, the expectation is that of the path.
+//!
+//! The number of residuals within one another stays bounded: along a way from zone to zone the q multiply to the albedos met times
+//! the ratio of the last zone to the first, and the floor under q falls with the generation.
+
+use super::{Arrival, Residual, Start, Tally, Walker, power_heuristic, sample};
+use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::guide::{Guide, images};
+use crate::images::{Origin, radiance_by_chain};
+use crate::sampler::Sampler;
+use crate::world::Surface;
+use crate::world::luminaire::Receiver;
+use crate::zones::Zones;
+use crate::zones::map::ZonePlace;
+use crate::zones::records::Around;
+use hemilux_scene::Rgb;
+use hemilux_scene::geom::Vec3;
+
+/// A residual is at least so probable, against that of a ray that brings what is expected of it; half of it for each generation.
+const LEAST: f32 = 0.02;
+/// Residuals at one end at most.
+const MOST: f32 = 4.0;
+/// Share of residuals within residuals.
+const AGAIN: f32 = 1.0;
+/// Residuals within one another; beyond, paths are plain.
+const GENERATIONS: u32 = 3;
+/// Single images that are picked at a vertex.
+const PICKS: u32 = 4;
+/// Stream of a vertex's residual below the walk's own random numbers.
+const RESIDUAL_STREAM: u32 = 0xc0_44ec;
+
+/// Where a walk ends on a zone.
+pub(super) struct End<'b> {
+    pub s: &'b Surface,
+    pub bsdf: &'b Bsdf,
+    /// Local direction the walk came from.
+    pub wo: Vec3,
+    pub place: ZonePlace,
+    /// Surface radiance by the zone.
+    pub zonal: Rgb,
+    pub depth: u32,
+    /// [`Start::worth`] times what the walk lets through; 0 where it is not known.
+    pub worth: f32,
+}
+
+impl<'a> Walker<'a> {
+    /// An estimate of what the zone gets wrong, for the diffuse lobes only.
+    pub(super) fn residual(&self, zones: &Zones, end: &End, sampler: &Sampler, tally: &mut Tally) -> Rgb {
+        let Residual { share, weight, .. } = self.residual;
+        if share <= 0.0 {
+            return Rgb::BLACK;
+        }
+        let error = zones.standard_error(end.place.zone, end.place.side);
+        let doubt = error * end.bsdf.diffuse_albedo(end.wo).luminance() * std::f32::consts::FRAC_1_PI;
+        let expected = end.zonal.luminance() + doubt;
+        let q = self.probability(end.worth * expected, end.worth > 0.0);
+        // Numbers of its own: without residuals the walk is the same.
+        let mut sampler = sampler.branch(RESIDUAL_STREAM);
+        let count = (q + sampler.next1()) as u32;
+        let diffuse = end.bsdf.only_diffuse();
+        let mut sum = Rgb::BLACK;
+        for k in 0..count {
+            let path = self.diffuse_by_path(end, &diffuse, expected, &mut sampler.branch(k), tally);
+            sum += path - end.zonal;
+        }
+        sum * (weight / q)
+    }
+
+    /// Mean number of residuals where a zone brings `part` of what is expected, if that is `known`: noise is least for its cost if
+    /// they are in proportion.
+    fn probability(&self, part: f32, known: bool) -> f32 {
+        let share = if self.generation == 0 { self.residual.share } else { AGAIN };
+        let least = LEAST / (1u32 << self.generation.min(16)) as f32;
+        if known { share * part.max(least).min(MOST) } else { share }
+    }
+
+    /// The surface radiance by diffuse lobes, continued as a path: luminaire sampling and a bounce, shared by the power
+    /// heuristic. Unbiased.
+    fn diffuse_by_path(
+        &self,
+        end: &End,
+        diffuse: &Bsdf,
+        expected: f32,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let End { s, wo, depth, .. } = *end;
+        let at = Receiver::surface(s, diffuse);
+        let guide = self.guide().and_then(|zones| Guide::new(zones, s, diffuse));
+        let around = self.guide().and_then(|zones| images(zones, s, diffuse));
+        let mut direct = self.direct(s, &at, diffuse, guide.as_ref(), wo, sampler, tally);
+        if let Some(around) = &around {
+            direct += self.virtual_direct(s, diffuse, guide.as_ref(), around, wo, depth, sampler, tally);
+        }
+        let Some(next) = sample(s, diffuse, guide.as_ref(), wo, sampler) else { return direct };
+        let wi = s.frame.to_world(next.wi).normalize();
+        if s.is_front(wi) != (next.wi.z > 0.0) {
+            return direct;
+        }
+        let worth = if expected > 0.0 { next.weight.luminance() / expected } else { 0.0 };
+        let arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
+        let start = Start { origin: s.leave(wi), dir: wi, arrival, depth: depth + 1, worth };
+        let generation = self.generation + 1;
+        let ends_on_zones = generation < GENERATIONS;
+        let zones = self.zones.filter(|_| ends_on_zones);
+        let path = Walker { zones, steer: self.guide(), generation, ..*self };
+        let picked = around.map(|around| self.origin(around, wi, next.density));
+        tally.rays += 1;
+        let hit = self.world.closest(start.origin, wi, f32::INFINITY);
+        direct + next.weight * path.walk(start, hit, picked, sampler, tally)
+    }
+
+    /// A vertex where images of `around` were picked and from which the walk goes on along `w`.
+    pub(super) fn origin(&self, around: Around<'a>, w: Vec3, density: f32) -> Origin<'a> {
+        Origin { around, picks: PICKS as f32, w, density }
+    }
+
+    /// Virtual luminaires at `s`, by single images of `around`, weighted against the walk's own ray.
+    pub(super) fn virtual_direct(
+        &self,
+        s: &Surface,
+        bsdf: &Bsdf,
+        guide: Option<&Guide>,
+        around: &Around,
+        wo: Vec3,
+        depth: u32,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        let shift = sampler.next1();
+        for k in 0..PICKS {
+            let u = (k as f32 + shift) / PICKS as f32;
+            let v = sampler.next2();
+            let Some(picked) = around.pick(u, v) else { continue };
+            let wi = s.frame.to_local(picked.w);
+            if s.is_front(picked.w) != (wi.z > 0.0) {
+                continue;
+            }
+            let f = bsdf.eval(wo, wi, Quantity::Radiance) * wi.z.abs();
+            if f.is_black() {
+                continue;
+            }
+            let own = bsdf.pdf_solid_angle(wo, wi);
+            let own = guide.map_or(own, |g| g.density(picked.w, own));
+            let density = PICKS as f32 * picked.density;
+            let most = self.max_depth.min(super::LONGEST_WALK).saturating_sub(depth + 1);
+            let from = (s.leave(picked.w), picked.w);
+            let met = radiance_by_chain(self.world, from, picked.name, most, sampler, tally);
+            if !met.is_black() {
+                sum += f * met * (power_heuristic(density, own) / (self.residual.density * density));
+            }
+        }
+        sum
+    }
+}

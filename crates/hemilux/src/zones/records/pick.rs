@@ -1,0 +1,156 @@
+//! One image at a time: picking a single virtual luminaire that is listed around a point, at a cost that does not grow with how
+//! many are.
+//!
+//! A pick names a signature. A ray sent into its cone counts for it only if its specular chain has that signature, so the
+//! density of the technique at a direction needs the cones of one signature alone, found by name: no sum over all that are
+//! listed. Whether an image is seen from the very point is asked before a ray is spent.
+//!
+//! Invariant: [`Around::density`] of a name at a direction is the density over which [`Around::pick`] gives that direction for that
+//! name.
+
+use super::direction_in_cone;
+use super::view::height_of;
+use super::{Candidate, NONE, Records};
+use hemilux_scene::geom::Vec3;
+use std::f32::consts::TAU;
+
+/// Share of the picks without regard to flux.
+const EVENLY: f32 = 0.2;
+
+/// What images are picked by: per leaf those of luminaires, in the order of their signatures.
+#[derive(Default)]
+pub(super) struct Picks {
+    /// First image of each leaf, and one past the last.
+    first: Vec<u32>,
+    images: Vec<Image>,
+}
+
+#[derive(Clone, Copy)]
+struct Image {
+    signature: u32,
+    candidate: u32,
+    /// Share of the leaf's picks, and with those before it.
+    share: f32,
+    cumulative: f32,
+}
+
+impl Picks {
+    pub fn of(records: &Records) -> Picks {
+        let mut picks = Picks { first: vec![0], images: Vec::new() };
+        for leaf in 0..records.grains.len() {
+            let begin = records.first[leaf];
+            let here = records.in_cell(leaf).iter().zip(begin..);
+            let of_luminaire = |c: &Candidate| records.signatures[c.signature as usize].kind == 0;
+            let from = picks.images.len();
+            picks.images.extend(here.filter(|(c, _)| of_luminaire(c)).map(|(c, candidate)| Image {
+                signature: c.signature,
+                candidate,
+                share: c.share,
+                cumulative: 0.0,
+            }));
+            let images = &mut picks.images[from..];
+            images.sort_by_key(|i| (i.signature, i.candidate));
+            let flux: f32 = images.iter().map(|i| i.share).sum::<f32>().max(f32::MIN_POSITIVE);
+            let even = EVENLY / images.len().max(1) as f32;
+            let mut sum = 0.0;
+            for image in images.iter_mut() {
+                image.share = (1.0 - EVENLY) * image.share / flux + even;
+                sum += image.share;
+                image.cumulative = sum;
+            }
+            for image in images {
+                image.share /= sum;
+                image.cumulative /= sum;
+            }
+            picks.first.push(picks.images.len() as u32);
+        }
+        picks
+    }
+
+    pub fn memory_bytes(&self) -> usize {
+        self.images.len() * size_of::<Image>() + self.first.len() * 4
+    }
+}
+
+/// The images listed around a point.
+#[derive(Clone, Copy)]
+pub(crate) struct Around<'a> {
+    records: &'a Records,
+    images: &'a [Image],
+    x: Vec3,
+    n: Vec3,
+}
+
+/// A direction for one of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Picked {
+    /// The signature it is meant for.
+    pub name: u32,
+    /// Unit.
+    pub w: Vec3,
+    /// Over solid angle, of this direction for this signature.
+    pub density: f32,
+}
+
+impl Records {
+    /// What is listed around `x` on a surface that faces unit `n`; `None` if no image of a luminaire is.
+    pub(crate) fn around(&self, x: Vec3, n: Vec3) -> Option<Around<'_>> {
+        let leaf = self.kd.leaf(x, n)?;
+        let images = &self.picks.images[self.picks.first[leaf] as usize..self.picks.first[leaf + 1] as usize];
+        (!images.is_empty()).then_some(Around { records: self, images, x, n })
+    }
+}
+
+impl Around<'_> {
+    /// A direction towards one of them; `None` if what was picked is not seen from here. `u` and `v` in [0, 1).
+    pub fn pick(&self, u: f32, v: [f32; 2]) -> Option<Picked> {
+        let k = self.images.partition_point(|i| i.cumulative <= u).min(self.images.len() - 1);
+        let image = self.images[k];
+        let (axis, height) = self.cone(&image)?;
+        let w = direction_in_cone(axis, height, v);
+        let others = self.of(image.signature).iter().filter(|i| i.candidate != image.candidate);
+        let own = image.share / (TAU * height);
+        let density = own + others.map(|i| self.density_of(i, w)).sum::<f32>();
+        Some(Picked { name: self.records.names[image.signature as usize], w, density })
+    }
+
+    /// The density over solid angle of direction unit `w` for signature `name`.
+    pub fn density(&self, name: u32, w: Vec3) -> f32 {
+        match self.records.names.binary_search(&name) {
+            Ok(signature) => self.of(signature as u32).iter().map(|i| self.density_of(i, w)).sum(),
+            Err(_) => 0.0,
+        }
+    }
+
+    fn of(&self, signature: u32) -> &[Image] {
+        let from = self.images.partition_point(|i| i.signature < signature);
+        let count = self.images[from..].iter().take_while(|i| i.signature == signature).count();
+        &self.images[from..from + count]
+    }
+
+    fn density_of(&self, image: &Image, w: Vec3) -> f32 {
+        match self.cone(image) {
+            // 1 − cos by the chord.
+            Some((axis, height)) if 0.5 * (w - axis).length_squared() <= height => {
+                image.share / (TAU * height)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Axis and 1 − cos of the half-angle of an image's cone; `None` where it is not seen from here.
+    fn cone(&self, image: &Image) -> Option<(Vec3, f32)> {
+        let candidate = &self.records.candidates[image.candidate as usize];
+        if candidate.linear != NONE {
+            let linear = &self.records.linears[candidate.linear as usize];
+            return Some((linear.dir(self.x), height_of(linear.sin2)));
+        }
+        let view = self.records.view(candidate, self.x, 0.0)?;
+        let (centre, radius2) = view.shape.ball();
+        let to = centre - self.x;
+        let distance2 = to.length_squared().max(f32::MIN_POSITIVE);
+        let sin2 = (radius2 / distance2).min(1.0);
+        let axis = to / distance2.sqrt();
+        (axis.dot(self.n) > -sin2.sqrt()).then(|| (axis, height_of(sin2)))
+    }
+}
