@@ -5,7 +5,7 @@ use common::Bench;
 use hemilux_image::Image;
 use std::fmt::Write;
 
-/// A floor under a board, lit through `mirrors` × 4 small mirrors around it, each of which about one particle in two million meets.
+/// A floor under a board, lit through `mirrors` × 4 small mirrors around it, each of which about one particle in ten million would meet.
 fn scene(mirrors: u32, board: bool) -> String {
     let mut text = "LookAt 0 -0.01 0.9  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 90\n\
         Film \"rgb\" \"integer xresolution\" 48 \"integer yresolution\" 48 \"string filename\" \"x.exr\"\nWorldBegin\n\
@@ -28,7 +28,7 @@ fn scene(mirrors: u32, board: bool) -> String {
             writeln!(
                 text,
                 "AttributeBegin Rotate {} 0 0 1 Translate 1.4 {y} {z} Rotate {tilt} 0 1 0 \
-                 Shape \"trianglemesh\" \"point3 P\" [ -0.02 -0.02 0 0.02 -0.02 0 0.02 0.02 0 -0.02 0.02 0 ] \
+                 Shape \"trianglemesh\" \"point3 P\" [ -0.006 -0.006 0 0.006 -0.006 0 0.006 0.006 0 -0.006 0.006 0 ] \
                  \"integer indices\" [ 0 1 2 0 2 3 ] AttributeEnd",
                 90 * side
             )
@@ -69,7 +69,7 @@ fn surprise_makes_more_particles_and_every_part_the_same() {
     let traced = report["zones"]["particles"].as_u64().unwrap();
     assert!(seen[0].0 == 1 << 21 && seen[0].1 > 0.03, "{seen:?}");
     assert!(
-        traced > seen[0].0 && traced <= 1 << 23 && seen.last().unwrap().1 < seen[0].1,
+        traced > seen[0].0 && traced <= 1 << 23 && seen.last().unwrap().1 < 0.3 * seen[0].1,
         "{traced}, {seen:?}"
     );
     assert!(whole.err.contains("particles instead of 2.10 M"), "{}", whole.err);
