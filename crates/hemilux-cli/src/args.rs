@@ -230,7 +230,7 @@ fn named<T: Copy + Send + Sync + 'static>(
 /// How the zonal solution is made.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct SolutionArgs {
-    /// Most zones [default: 60000; with --time above 10 s: in proportion, up to 480000 (render)]
+    /// Most zones [default: 60000; with --time above 60 s: more, by its root, up to 480000 (render)]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub zone_budget: Option<u64>,
     /// Most light particles [default: 2097152; with --time: as many as 10 % of it allow; more where gathers are surprised (render)]

@@ -21,8 +21,9 @@ const FILM_SHARE: f64 = 0.6;
 const PARTICLE_SHARES: [f64; 2] = [0.1, 0.14];
 /// Particles are doubled so often at most where surprise asks for it.
 const MOST_DOUBLINGS: u32 = 2;
-/// Limit of time for which the default number of zones is meant; longer ones have more in proportion, ...
-const ZONES_FOR: f64 = 10.0;
+/// Limit of time (s) up to which the default number of zones is meant; longer ones have more, as the root of the time, for noise falls as
+/// fast as their bias then (in proportion to the time, bulb and skylight had more error at 60 s), ...
+const ZONES_FOR: f64 = 60.0;
 /// ... up to this many times as many.
 const MOST_ZONES: f64 = 8.0;
 
@@ -164,7 +165,7 @@ impl Plan {
 
 /// Zones for a picture of so much time: where noise falls as one over its square root, so should the width of zones.
 fn zones_for(time: Duration) -> u32 {
-    let times = (time.as_secs_f64() / ZONES_FOR).clamp(1.0, MOST_ZONES);
+    let times = (time.as_secs_f64() / ZONES_FOR).sqrt().clamp(1.0, MOST_ZONES);
     (ZoneOptions::default().budget as f64 * times) as u32
 }
 
@@ -239,7 +240,7 @@ mod tests {
     #[test]
     fn zones_grow_with_the_time_within_bounds() {
         let n = |t: u64| zones_for(Duration::from_secs(t));
-        assert_eq!([n(1), n(10), n(30), n(80), n(100_000)], [60_000, 60_000, 180_000, 480_000, 480_000]);
+        assert_eq!([n(1), n(60), n(240), n(3840), n(100_000)], [60_000, 60_000, 120_000, 480_000, 480_000]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //!     cargo run --release -p hemilux --example equal_time -- SCENE.pbrt REFERENCE.exr [option=value]...
 //!
 //! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=32`,
-//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=` (zones; 60000 for 10 s and less), `particles=` (most), `share=0.1`
+//! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=` (zones; 60000 for 60 s and less), `particles=` (most), `share=0.1`
 //! (of the time, for particles), `grown=0.14` (the same where pilots are surprised; 0: no pilots),
 //! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
 //! a `.rad` scene is read too. Beside a file called
@@ -60,7 +60,7 @@ fn main() -> Result<(), Failure> {
     let seconds: f64 = option("seconds", "10").parse()?;
     let share: f64 = option("share", "0.1").parse()?;
     let grown: f64 = option("grown", "0.14").parse()?;
-    let default_budget = (60_000.0 * (seconds / 10.0).clamp(1.0, 8.0)) as u32;
+    let default_budget = (60_000.0 * (seconds / 60.0).sqrt().clamp(1.0, 8.0)) as u32;
     let passes: u32 = option("spp", "4294967295").parse()?;
     let strategy = option("strategy", "adaptive");
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
