@@ -130,43 +130,16 @@ pub fn gather(
     if let Strategy::Report(method) = plan.strategy {
         return strategies::gather(walker, s, bsdf, plan, method, sampler, tally);
     }
-    let wo = s.frame.to_local(s.wo);
-    let steer = walker.guide().filter(|_| plan.strategy == Strategy::Adaptive);
-    let broad = Broad::new(steer, s, bsdf, wo, plan.rays);
-    let cones = match steer {
-        Some(zones) if !zones.records().is_empty() => {
-            let n = s.facing();
-            Lent::new(zones.records(), s.p, n)
-        }
-        _ => Lent::none(),
-    };
-    let cone_rays = cone_rays(&cones, plan);
-    let receiver = Receiver::surface(s, bsdf);
-    let looks = walker.world.hints.looks(&receiver, plan.rays);
-    let rays = broad.own.iter().sum::<u32>() + broad.guided + cone_rays;
-    let worth = rays as f32 * worth(walker, s, bsdf, wo);
-    let at = Point {
-        walker,
-        s,
-        receiver,
-        bsdf,
-        wo,
-        broad: &broad,
-        cones: &cones,
-        cone_rays,
-        looks: &looks,
-        plan,
-        worth,
-    };
+    let at = Point::new(walker, s, bsdf, plan);
     let mut radiance = at.by_cones(sampler, tally);
     let by_shadow_rays = at.by_shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
-        if broad.own[k] > 0 {
+        if at.broad.own[k] > 0 {
             radiance += at.by_lobe(k, lobe, sampler, tally);
         }
     }
     radiance += at.by_prediction(sampler, tally);
-    if !looks.cones().is_empty() {
+    if !at.looks.cones().is_empty() {
         radiance += at.by_hints(sampler, tally);
         walker.world.hints.note_gather((radiance + by_shadow_rays).luminance());
     }
@@ -204,16 +177,33 @@ struct Point<'a> {
     receiver: Receiver,
     bsdf: &'a Bsdf,
     wo: Vec3,
-    broad: &'a Broad<'a>,
-    cones: &'a Cones,
+    broad: Broad<'a>,
+    cones: Lent,
     cone_rays: u32,
-    looks: &'a Looks,
+    looks: Looks,
     plan: &'a GatherPlan,
     /// See [`Start::worth`]: that of a ray whose BRDF × cosine over density is 1.
     worth: f32,
 }
 
-impl Point<'_> {
+impl<'a> Point<'a> {
+    /// The strata at `s`, nothing traced yet.
+    fn new(walker: &'a Walker, s: &'a Surface, bsdf: &'a Bsdf, plan: &'a GatherPlan) -> Point<'a> {
+        let wo = s.frame.to_local(s.wo);
+        let steer = walker.guide().filter(|_| plan.strategy == Strategy::Adaptive);
+        let broad = Broad::new(steer, s, bsdf, wo, plan.rays);
+        let cones = match steer {
+            Some(zones) if !zones.records().is_empty() => Lent::new(zones.records(), s.p, s.facing()),
+            _ => Lent::none(),
+        };
+        let cone_rays = cone_rays(&cones, plan);
+        let receiver = Receiver::surface(s, bsdf);
+        let looks = walker.world.hints.looks(&receiver, plan.rays);
+        let rays = broad.own.iter().sum::<u32>() + broad.guided + cone_rays;
+        let worth = rays as f32 * worth(walker, s, bsdf, wo);
+        Point { walker, s, receiver, bsdf, wo, broad, cones, cone_rays, looks, plan, worth }
+    }
+
     /// Rays times density per steradian at world direction `w`, local `wi`, over all strata but the shadow rays.
     #[inline]
     fn density(&self, w: Vec3, wi: Vec3) -> f32 {

@@ -2,13 +2,11 @@
 //!
 //! The numbers are those that [`gather`](super::gather) draws from the same sampler, in its order.
 
-use super::{Broad, GatherPlan, Point, cone_rays};
+use super::{GatherPlan, Point};
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::sampler::Sampler;
 use crate::transport::Walker;
 use crate::world::Surface;
-use crate::world::luminaire::Receiver;
-use crate::zones::records::Cones;
 use hemilux_scene::geom::Vec3;
 
 /// What a ray was drawn from.
@@ -34,28 +32,7 @@ pub fn draws(
     plan: &GatherPlan,
     sampler: &mut Sampler,
 ) -> Vec<(Vec3, Stratum)> {
-    let wo = s.frame.to_local(s.wo);
-    let steer = walker.guide().filter(|_| plan.strategy == super::Strategy::Adaptive);
-    let broad = Broad::new(steer, s, bsdf, wo, plan.rays);
-    let n = s.facing();
-    let cones = steer.map_or_else(Cones::none, |zones| Cones::new(zones.records(), s.p, n));
-    let cone_rays = cone_rays(&cones, plan);
-    let receiver = Receiver::surface(s, bsdf);
-    let looks = walker.world.hints.looks(&receiver, plan.rays);
-    let at = Point {
-        walker,
-        s,
-        receiver,
-        bsdf,
-        wo,
-        broad: &broad,
-        cones: &cones,
-        cone_rays,
-        looks: &looks,
-        plan,
-        worth: 0.0,
-    };
-    at.draws(sampler)
+    Point::new(walker, s, bsdf, plan).draws(sampler)
 }
 
 impl Point<'_> {
