@@ -100,7 +100,8 @@ impl<'a> Walker<'a> {
         let picks = self.picks(end.place);
         let mut direct = self.direct(s, &at, diffuse, guide.as_ref(), wo, sampler, tally);
         if let Some(around) = &around {
-            direct += self.virtual_direct(s, diffuse, guide.as_ref(), (around, picks), wo, depth, sampler, tally);
+            direct +=
+                self.virtual_direct(s, diffuse, guide.as_ref(), (around, picks), wo, depth, sampler, tally);
         }
         let Some(next) = sample(s, diffuse, guide.as_ref(), wo, sampler) else { return direct };
         let wi = s.frame.to_world(next.wi).normalize();
