@@ -25,7 +25,7 @@ const BY_PREDICTION: f32 = 0.5;
 
 /// Where more images than this are listed there are no cones: vertices of paths lie anywhere, so each would expect anew what a
 /// gather shares with its neighbours. There single images are picked instead ([`crate::images`]).
-const MOST_LISTED: usize = 64;
+pub(crate) const MOST_LISTED: usize = 64;
 
 /// The mixture at one vertex.
 pub(crate) struct Guide<'a> {
@@ -56,9 +56,13 @@ pub(crate) struct Next {
 impl<'a> Guide<'a> {
     /// What `zones` know at `s`, which scatters by `bsdf`; `None` where nothing leads anywhere: nothing diffuse, or no
     /// particle was near.
-    pub fn new(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Guide<'a>> {
+    /// No cones where more than `most` images are listed.
+    pub fn new(zones: &'a Zones, s: &Surface, bsdf: &Bsdf, most: usize) -> Option<Guide<'a>> {
+        if !bsdf.has_diffuse() {
+            return None;
+        }
         let n = s.facing();
-        if bsdf.has_diffuse() { Guide::of(zones.field().near(s.p, n), cones(zones, s.p, n)) } else { None }
+        Guide::of(zones.field().near(s.p, n), cones(zones, s.p, n, most))
     }
 
     /// The same without cones: for vertices whose images something else brings.
@@ -128,18 +132,18 @@ impl<'a> Guide<'a> {
     }
 }
 
-/// The images to pick single ones from at `s`, where they are too many for cones; `None` elsewhere.
-pub(crate) fn images<'a>(zones: &'a Zones, s: &Surface, bsdf: &Bsdf) -> Option<Around<'a>> {
+/// The images to pick single ones from at `s`, where they are more than `most`, too many for cones; `None` elsewhere.
+pub(crate) fn images<'a>(zones: &'a Zones, s: &Surface, bsdf: &Bsdf, most: usize) -> Option<Around<'a>> {
     let (records, n) = (zones.records(), s.facing());
-    if !bsdf.has_diffuse() || records.is_empty() || records.listed(s.p, n) <= MOST_LISTED {
+    if !bsdf.has_diffuse() || records.is_empty() || records.listed(s.p, n) <= most {
         return None;
     }
     records.around(s.p, n)
 }
 
-/// The cones at `p`; `None` if there are none.
-fn cones(zones: &Zones, p: Vec3, n: Vec3) -> Option<Lent> {
-    if zones.records().is_empty() || zones.records().listed(p, n) > MOST_LISTED {
+/// The cones at `p`; `None` if there are none, or more than `most` images.
+fn cones(zones: &Zones, p: Vec3, n: Vec3, most: usize) -> Option<Lent> {
+    if most == 0 || zones.records().is_empty() || zones.records().listed(p, n) > most {
         return None;
     }
     Some(Lent::new(zones.records(), p, n)).filter(|cones| !cones.is_empty())

@@ -298,23 +298,26 @@ impl<'a> Walker<'a> {
                 break;
             }
             let at = Receiver::surface(&s, on);
+            let most = self.most_listed();
             let guide = match going_on {
-                GoingOn::All => self.leads().and_then(|zones| Guide::new(zones, &s, on)),
+                GoingOn::All => self.leads().and_then(|zones| Guide::new(zones, &s, on, most)),
                 GoingOn::WithoutCaustic => {
                     self.guide().and_then(|zones| Guide::without_images(zones, &s, on))
                 }
                 _ => None,
             };
             let around = match going_on {
-                GoingOn::All => self.leads().and_then(|zones| images(zones, &s, on)),
+                GoingOn::All => self.leads().and_then(|zones| images(zones, &s, on, most)),
                 _ => None,
             };
+            let around = around.map(|around| (around, self.picks_at(&s)));
             if on.has_non_delta() {
                 radiance += beta * self.direct(&s, &at, on, guide.as_ref(), wo, sampler, tally);
             }
-            if let Some(around) = &around {
-                radiance +=
-                    beta * self.virtual_direct(&s, on, guide.as_ref(), around, wo, depth, sampler, tally);
+            if let Some((around, picks)) = &around {
+                let found =
+                    self.virtual_direct(&s, on, guide.as_ref(), (around, *picks), wo, depth, sampler, tally);
+                radiance += beta * found;
             }
             let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
             let wi = s.frame.to_world(next.wi).normalize();
@@ -338,7 +341,7 @@ impl<'a> Walker<'a> {
                 arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
                 in_chain = false;
                 chain = Chain::new();
-                picked = around.map(|around| self.origin(around, wi, next.density));
+                picked = around.map(|(around, picks)| Origin { around, picks, w: wi, density: next.density });
                 travelled = 0.0;
                 later = true;
                 after_chain = match going_on {

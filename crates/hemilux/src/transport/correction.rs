@@ -10,7 +10,7 @@
 
 use super::{Arrival, Residual, Start, Tally, Walker, power_heuristic, sample};
 use crate::bsdf::{Bsdf, Transport as Quantity};
-use crate::guide::{Guide, images};
+use crate::guide::{Guide, MOST_LISTED, images};
 use crate::images::{Origin, radiance_by_chain};
 use crate::sampler::Sampler;
 use crate::world::Surface;
@@ -28,9 +28,12 @@ const MOST: f32 = 4.0;
 /// Share of residuals within residuals.
 const AGAIN: f32 = 1.0;
 /// Residuals within one another; beyond, paths are plain.
-const GENERATIONS: u32 = 3;
-/// Single images that are picked at a vertex.
-const PICKS: u32 = 4;
+const GENERATIONS: u32 = 5;
+/// Single images that are picked at a vertex: in the mean so many times the share of caustics there, by its zone, ...
+const PICKS: f32 = 4.0;
+/// ... within these. Paths that end on no zones pick a fixed number.
+const PICKS_WITHIN: (f32, f32) = (1.0, 2.0);
+const PATH_PICKS: f32 = 4.0;
 /// Stream of a vertex's residual below the walk's own random numbers.
 const RESIDUAL_STREAM: u32 = 0xc0_44ec;
 
@@ -91,11 +94,14 @@ impl<'a> Walker<'a> {
     ) -> Rgb {
         let End { s, wo, depth, .. } = *end;
         let at = Receiver::surface(s, diffuse);
-        let guide = self.guide().and_then(|zones| Guide::new(zones, s, diffuse));
-        let around = self.guide().and_then(|zones| images(zones, s, diffuse));
+        let most = self.most_listed();
+        let guide = self.guide().and_then(|zones| Guide::new(zones, s, diffuse, most));
+        let around = self.guide().and_then(|zones| images(zones, s, diffuse, most));
+        let picks = self.picks(end.place);
         let mut direct = self.direct(s, &at, diffuse, guide.as_ref(), wo, sampler, tally);
         if let Some(around) = &around {
-            direct += self.virtual_direct(s, diffuse, guide.as_ref(), around, wo, depth, sampler, tally);
+            direct +=
+                self.virtual_direct(s, diffuse, guide.as_ref(), (around, picks), wo, depth, sampler, tally);
         }
         let Some(next) = sample(s, diffuse, guide.as_ref(), wo, sampler) else { return direct };
         let wi = s.frame.to_world(next.wi).normalize();
@@ -109,24 +115,39 @@ impl<'a> Walker<'a> {
         let ends_on_zones = generation < GENERATIONS;
         let zones = self.zones.filter(|_| ends_on_zones);
         let path = Walker { zones, steer: self.guide(), generation, ..*self };
-        let picked = around.map(|around| self.origin(around, wi, next.density));
+        let picked = around.map(|around| Origin { around, picks, w: wi, density: next.density });
         tally.rays += 1;
         let hit = self.world.closest(start.origin, wi, f32::INFINITY);
         direct + next.weight * path.walk(start, hit, picked, sampler, tally)
     }
 
-    /// A vertex where images of `around` were picked and from which the walk goes on along `w`.
-    pub(super) fn origin(&self, around: Around<'a>, w: Vec3, density: f32) -> Origin<'a> {
-        Origin { around, picks: PICKS as f32, w, density }
+    /// More listed images than this have no cones at a vertex, and are picked one by one. Residuals are many and their vertices lie
+    /// anywhere: a mixture costs each more than ten rays, and spends a third of them on images that bring a hundredth.
+    pub(super) fn most_listed(&self) -> usize {
+        if self.residual.share > 0.0 { 0 } else { MOST_LISTED }
     }
 
-    /// Virtual luminaires at `s`, by single images of `around`, weighted against the walk's own ray.
+    /// Mean number of images picked at `s`.
+    pub(super) fn picks_at(&self, s: &Surface) -> f32 {
+        match self.guide().filter(|_| self.residual.share > 0.0) {
+            Some(zones) => self.picks(zones.locate(self.world, s, [0.5; 2])),
+            None => PATH_PICKS,
+        }
+    }
+
+    /// Mean number of images picked at a vertex that lies in `place`.
+    pub(super) fn picks(&self, place: ZonePlace) -> f32 {
+        let caustic = self.guide().map_or(1.0, |zones| zones.caustic_share(place.zone, place.side));
+        (PICKS * caustic).clamp(PICKS_WITHIN.0, PICKS_WITHIN.1)
+    }
+
+    /// Virtual luminaires at `s`, by single images of `around`, `picks` of them in the mean, weighted against the walk's own ray.
     pub(super) fn virtual_direct(
         &self,
         s: &Surface,
         bsdf: &Bsdf,
         guide: Option<&Guide>,
-        around: &Around,
+        (around, picks): (&Around, f32),
         wo: Vec3,
         depth: u32,
         sampler: &mut Sampler,
@@ -134,8 +155,11 @@ impl<'a> Walker<'a> {
     ) -> Rgb {
         let mut sum = Rgb::BLACK;
         let shift = sampler.next1();
-        for k in 0..PICKS {
-            let u = (k as f32 + shift) / PICKS as f32;
+        // Every picks-th part of [0, 1) from a common start: a systematic sample, also of fewer than one.
+        let mut next = shift;
+        while next < picks {
+            let u = (next / picks).min(1.0 - f32::EPSILON);
+            next += 1.0;
             let v = sampler.next2();
             let Some(picked) = around.pick(u, v) else { continue };
             let wi = s.frame.to_local(picked.w);
@@ -148,7 +172,7 @@ impl<'a> Walker<'a> {
             }
             let own = bsdf.pdf_solid_angle(wo, wi);
             let own = guide.map_or(own, |g| g.density(picked.w, own));
-            let density = PICKS as f32 * picked.density;
+            let density = picks * picked.density;
             let most = self.max_depth.min(super::LONGEST_WALK).saturating_sub(depth + 1);
             let from = (s.leave(picked.w), picked.w);
             let met = radiance_by_chain(self.world, from, picked.name, most, sampler, tally);

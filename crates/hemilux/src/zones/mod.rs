@@ -189,6 +189,13 @@ impl Zones {
         self.total[(zone * 2 + side) as usize]
     }
 
+    /// Share of caustics in [`Zones::irradiance`], by luminance.
+    pub fn caustic_share(&self, zone: u32, side: u32) -> f32 {
+        let k = (zone * 2 + side) as usize;
+        let all = self.total[k].luminance();
+        if all > 0.0 { (self.caustic[k].luminance() / all).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
     /// Standard error of the luminance of [`Zones::irradiance`], from the spread of deposits.
     pub fn standard_error(&self, zone: u32, side: u32) -> f32 {
         self.error[(zone * 2 + side) as usize]
