@@ -593,10 +593,13 @@ pub struct SenseArgs {
     /// Most time for one sensor
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = values::duration)]
     pub limit: Duration,
+    /// JSON file to write: every reading with its surprise, rays and time
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Where gather rays end: continued as paths (unbiased), on zones with residuals (unbiased), or on zones (biased by them)
     #[arg(long, value_enum, default_value = "path", value_name = "NAME")]
     pub mode: SenseMode,
-    /// How the zonal solutions are made (mode zonal).
+    /// How the zonal solutions are made; in modes path and corrected what leads gathers, smaller by default.
     #[command(flatten)]
     pub solution: SolutionArgs,
     /// Seed of all randomness
@@ -657,4 +660,15 @@ pub enum SenseMode {
     Corrected,
     /// On zones, an independent solution per group: biased by the size of zones.
     Zonal,
+}
+
+impl SenseMode {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            SenseMode::Path => "path",
+            SenseMode::Corrected => "corrected",
+            SenseMode::Zonal => "zonal",
+        }
+    }
 }

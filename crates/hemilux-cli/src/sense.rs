@@ -5,15 +5,17 @@
 
 use crate::args::{FormName, QuantityName, SenseArgs, SenseMode};
 use crate::failure::{Failure, Kind};
-use crate::hints;
-use crate::render::set_threads;
+use crate::render::{command_line, set_threads};
 use crate::talk;
+use crate::{hints, output, report};
+use hemilux::prologue::SURPRISED;
 use hemilux::sense::{GROUPS, Goal, Reading, Receiver, Sense, SenseOptions};
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::Photometry;
 use hemilux_scene::geom::Vec3;
-use serde_json::json;
+use hemilux_scene::hints::Hints;
+use serde_json::{Value, json};
 use std::io::{self, BufRead, Write};
 use std::time::{Duration, Instant};
 
@@ -31,6 +33,7 @@ const LEADING: (u64, u64) = (1000, 1 << 19);
 /// Read sensors, write values.
 pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     set_threads(args.threads)?;
+    args.report.as_deref().map(output::check_writable).transpose()?;
     let (scene, given) = hints::scene(&args.scene, &args.hints, &args.talk)?;
     let photometry = scene.photometry;
     let world = hints::world(scene, given.as_ref());
@@ -45,7 +48,18 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
             solutions(&world, &args, args.solution.zone_budget, args.solution.particles, GROUPS as u64)?
         }
     };
-    let steering = if args.mode == SenseMode::Path { steering(&world, args.seed) } else { None };
+    let steering = match args.mode {
+        SenseMode::Path => {
+            let options = crate::plan::solution(
+                args.solution.zone_budget.or(Some(LEADING.0)),
+                args.solution.particles.or(Some(LEADING.1)),
+                args.seed,
+                false,
+            )?;
+            solve_leading(&world, &options)
+        }
+        _ => None,
+    };
     let sense = match args.mode {
         SenseMode::Corrected => Sense::corrected(&world, &zones, options(&args, &photometry)),
         _ => Sense::new(&world, &zones, options(&args, &photometry)),
@@ -59,15 +73,16 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
         talk::line(&preamble(&args, &photometry, &zones, begin.elapsed()));
     }
     writer.begin()?;
-    let mut missed = 0u64;
-    let mut index = 0;
+    let mut log = Log::default();
     let mut answer = |number: u64, text: &str, writer: &mut Writer| -> Result<(), Failure> {
         match parse(text).map_err(|what| Failure::input(format!("line {number} of the sensors: {what}")))? {
             Line::Kept => writer.kept(text),
             Line::Sensor(p, n) => {
-                let reading = sense.read(index, p, n);
-                index += 1;
-                missed += !reading.met as u64;
+                let reading = sense.read(log.count, p, n);
+                log.note(&reading);
+                if args.report.is_some() {
+                    log.readings.push(record(&args, &photometry, p, n, &reading));
+                }
                 writer.reading(p, n, &reading)
             }
         }
@@ -90,19 +105,99 @@ pub fn run(args: SenseArgs, begin: Instant) -> Result<(), Failure> {
     if !args.talk.quiet {
         hints::lines(&world).iter().for_each(|l| talk::line(&format!("# {l}")));
     }
+    if let Some(text) = log.warning() {
+        args.talk.warning(&text);
+    }
+    let Log { count, missed, .. } = log;
+    if let Some(path) = &args.report {
+        report::write(path, &whole(&args, &world, given.as_ref(), log, begin.elapsed()))?;
+    }
     if missed > 0 {
         let message = format!(
-            "{missed} of {index} sensors did not reach the target; their values are printed all the same"
+            "{missed} of {count} sensors did not reach the target; their values are printed all the same"
         );
         return Err(Failure::new(Kind::Short, message));
     }
     Ok(())
 }
 
+/// What the end of a run says of all its readings.
+#[derive(Default)]
+struct Log {
+    count: u64,
+    missed: u64,
+    /// How many were surprised; the one that was most, counted from 1, and how much.
+    surprised: u64,
+    worst: (u64, f64),
+    /// For `--report`.
+    readings: Vec<Value>,
+}
+
+impl Log {
+    fn note(&mut self, reading: &Reading) {
+        self.count += 1;
+        self.missed += !reading.met as u64;
+        let surprise = reading.surprise.unwrap_or(0.0);
+        self.surprised += (surprise > SURPRISED) as u64;
+        if surprise > self.worst.1 {
+            self.worst = (self.count, surprise);
+        }
+    }
+
+    /// What to say of sensors whose gathers were surprised.
+    fn warning(&self) -> Option<String> {
+        let (number, most) = (self.worst.0, 100.0 * self.worst.1);
+        let of = match self.surprised {
+            0 => return None,
+            1 => format!("sensor {number} of {}: {most:.1} % of its luminance", self.count),
+            n => format!(
+                "{n} of {} sensors: more than {:.0} % of their luminance (sensor {number}: {most:.1} %)",
+                self.count,
+                100.0 * SURPRISED
+            ),
+        };
+        Some(format!(
+            "{of} came by rays that nothing had led there: noise is larger than need be, and --particles or --hints help"
+        ))
+    }
+}
+
+/// What is known of one reading.
+fn record(args: &SenseArgs, photometry: &Photometry, p: Vec3, n: Vec3, r: &Reading) -> Value {
+    json!({
+        "position": p.to_array(), "normal": n.to_array(),
+        "quantity": args.quantity.name(), "unit": args.quantity.unit(),
+        "photometry": photometry.name,
+        "value": r.scalar, "half_width_95": r.half_width, "rgb": r.value.0,
+        "unseen": r.unseen, "surprise": r.surprise, "gathers": r.gathers, "rays": r.rays, "met": r.met,
+        "zonal_bias": r.bias.map(|b| json!({"value": b.scalar, "half_width_95": b.half_width})),
+    })
+}
+
+/// What `--report` writes.
+fn whole(args: &SenseArgs, world: &World, given: Option<&Hints>, log: Log, time: Duration) -> Value {
+    json!({
+        "software": format!("hemilux {}", env!("CARGO_PKG_VERSION")),
+        "command": command_line(),
+        "scene": args.scene.scenes.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
+        "scene_hash": format!("{:016x}", world.scene.content_hash),
+        "mode": args.mode.name(), "unbiased": args.mode != SenseMode::Zonal,
+        "seed": args.seed,
+        "sensors": {"count": log.count, "missed": log.missed, "surprised": log.surprised},
+        "surprise": (log.worst.0 > 0).then_some(log.worst.1),
+        "hints": given.map(|g| hints::report(world, g)),
+        "seconds": time.as_secs_f64(),
+        "readings": log.readings,
+    })
+}
+
 /// What light particles find steers paths, where there is anything to find.
 pub fn steering(world: &World, seed: u64) -> Option<Zones> {
-    let options = ZoneOptions { budget: LEADING.0 as u32, particles: LEADING.1, seed };
-    world.has_casters().then(|| Zones::solve_seen(world, &options, None, |_| false))
+    solve_leading(world, &ZoneOptions { budget: LEADING.0 as u32, particles: LEADING.1, seed })
+}
+
+fn solve_leading(world: &World, options: &ZoneOptions) -> Option<Zones> {
+    world.has_casters().then(|| Zones::solve_seen(world, options, None, |_| false))
 }
 
 fn solutions(
@@ -238,7 +333,7 @@ impl<'a> Writer<'a> {
                     _ => String::new(),
                 };
                 self.put(&format!(
-                    "x,y,z,nx,ny,nz,{q} [{unit}],half-width 95 % [{unit}],gathers,rays,met{bias}\n"
+                    "x,y,z,nx,ny,nz,{q} [{unit}],half-width 95 % [{unit}],gathers,rays,met{bias},surprise\n"
                 ))
             }
             FormName::Json => self.put("[\n"),
@@ -268,20 +363,14 @@ impl<'a> Writer<'a> {
             }
             FormName::Csv => {
                 let bias = r.bias.map_or(String::new(), |b| format!(",{},{}", b.scalar, b.half_width));
+                let surprise = r.surprise.map_or(String::new(), |u| format!("{u:.5}"));
                 self.put(&format!(
-                    "{},{},{},{},{},{},{},{},{},{},{}{bias}\n",
+                    "{},{},{},{},{},{},{},{},{},{},{}{bias},{surprise}\n",
                     p.x, p.y, p.z, n.x, n.y, n.z, r.scalar, r.half_width, r.gathers, r.rays, r.met
                 ))
             }
             FormName::Json => {
-                let record = json!({
-                    "position": p.to_array(), "normal": n.to_array(),
-                    "quantity": self.args.quantity.name(), "unit": self.args.quantity.unit(),
-                    "photometry": self.photometry.name,
-                    "value": r.scalar, "half_width_95": r.half_width, "rgb": r.value.0,
-                    "unseen": r.unseen, "gathers": r.gathers, "rays": r.rays, "met": r.met,
-                    "zonal_bias": r.bias.map(|b| json!({"value": b.scalar, "half_width_95": b.half_width})),
-                });
+                let record = record(self.args, &self.photometry, p, n, r);
                 let comma = if std::mem::take(&mut self.first) { "" } else { ",\n" };
                 self.put(&format!("{comma}{record}"))
             }

@@ -17,6 +17,10 @@ const PBRT: &str = "WorldBegin Translate 0 0 2 AreaLightSource \"diffuse\" \"rgb
 const DOME: &str = "void light lamp 0 0 3 1e4 1e4 1e4\nlamp sphere bulb 0 0 4 0 0 2 .01\nvoid metal m 0 0 5 .9 .9 .9 1 0\n\
                     m bubble dome 0 0 4 0 0 0 3\nvoid plastic k 0 0 5 0 0 0 0 0\nk ring floor 0 0 8 0 0 -.01 0 0 1 0 2.9995\n";
 
+/// The same with a dimmer lamp of 10 cm, which gather rays meet by chance now and then.
+const BROAD: &str = "void light lamp 0 0 3 1e2 1e2 1e2\nlamp sphere bulb 0 0 4 0 0 2 .1\nvoid metal m 0 0 5 .9 .9 .9 1 0\n\
+                     m bubble dome 0 0 4 0 0 0 3\nvoid plastic k 0 0 5 0 0 0 0 0\nk ring floor 0 0 8 0 0 -.01 0 0 1 0 2.9995\n";
+
 fn run(arguments: &[&str], input: &str) -> Output {
     run_bytes(arguments, input.as_bytes())
 }
@@ -27,7 +31,9 @@ fn run_bytes(arguments: &[&str], input: &[u8]) -> Output {
     let directory = DIRECTORY.get_or_init(|| {
         let directory = std::env::temp_dir().join(format!("hemilux-sense-{}", std::process::id()));
         std::fs::create_dir_all(&directory).expect("a directory for the scene");
-        for (name, text) in [("lamp.rad", LAMP), ("lamp.pbrt", PBRT), ("dome.rad", DOME)] {
+        for (name, text) in
+            [("lamp.rad", LAMP), ("lamp.pbrt", PBRT), ("dome.rad", DOME), ("broad.rad", BROAD)]
+        {
             std::fs::write(directory.join(name), text).expect("the scene");
         }
         directory
@@ -148,6 +154,41 @@ fn a_missed_target_is_exit_code_four() {
     let (value, half): (f64, f64) = (row[6].parse().expect("a value"), row[7].parse().expect("a half-width"));
     assert!((value - 1.340).abs() < half + 0.01 && row[10] == "false", "{csv}");
     assert_eq!(run(&["sense", "lamp.rad", "--spp", "64"], "0 0 0 0 0 1\n").status.code(), Some(0));
+}
+
+/// A lamp's image in a dome that hardly any particle has met is a surprise: in JSON, in the report, in the last column, and a
+/// warning. With the usual particles it is none, and nothing is said.
+#[test]
+fn surprise_is_told_for_each_sensor() {
+    let report = std::env::temp_dir().join(format!("hemilux-sense-{}.json", std::process::id()));
+    let read = |more: &[&str]| {
+        let path = report.to_str().expect("a path");
+        let run = run(
+            &[&["sense", "broad.rad", "--spp", "4096", "--report", path], more].concat(),
+            "1 0 0 0 0 1\n",
+        );
+        assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+        let report = std::fs::read(&report).expect("the report");
+        let report: serde_json::Value = serde_json::from_slice(&report).expect("JSON");
+        (text(&run.stdout), text(&run.stderr), report)
+    };
+    let (json, said, written) = read(&["--particles", "1", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let blind = json[0]["surprise"].as_f64().expect("a number");
+    assert!(blind > 0.03, "{json}");
+    assert_eq!((&written["readings"], written["sensors"]["surprised"].as_u64()), (&json, Some(1)));
+    assert_eq!(written["surprise"].as_f64(), Some(blind));
+    let warning = format!("warning: sensor 1 of 1: {:.1} % of its luminance", 100.0 * blind);
+    assert!(said.contains(&warning), "{said}");
+    let (plain, said, written) = read(&["--ci"]);
+    let led = written["readings"][0]["surprise"].as_f64().expect("a number");
+    println!("surprise {blind} by one particle, {led} by half a million");
+    assert!(led < 0.01 && plain.trim().split(' ').count() == 2, "{led} {plain}");
+    assert!(!said.contains("nothing had led there"), "{said}");
+    let (csv, ..) = read(&["--format", "csv"]);
+    let last: Vec<&str> = csv.lines().filter_map(|l| l.rsplit(',').next()).collect();
+    assert_eq!(last, ["surprise", &format!("{led:.5}")]);
+    std::fs::remove_file(&report).expect("it is ours");
 }
 
 /// Bytes that are no text are named by their line; groups over zones of their own are said to be just that.

@@ -43,6 +43,8 @@ const DIM: f64 = 16.0;
 const ROUNDING: f64 = 2e-6;
 /// Pairs per group behind an estimated bias, at most.
 const MOST_PAIRS: u32 = 64;
+/// Gathers per group behind a surprise, at most.
+const MOST_LOOKED: u32 = 128;
 /// Share of the gather rays of such a pair that carry a residual.
 const BIAS_SHARE: f32 = 0.5;
 
@@ -112,6 +114,10 @@ pub struct Reading {
     pub gathers: u64,
     /// Rays traced, pilots included.
     pub rays: u64,
+    /// Share of the luminance gathered at the sensor that came as surprise ([`Tally::surprise`]), by gathers whose rays end on zones
+    /// where there are any: what paths meet by chance behind the first ray is noise, and says nothing of the strata at the sensor.
+    /// `None` where nothing was gathered: in the dark, or where one ray is followed ([`Receiver::Radiance`]).
+    pub surprise: Option<f64>,
     /// Whether the goal was met.
     pub met: bool,
     /// What the zones get wrong (over zones without residuals): not part of `half_width`.
@@ -164,6 +170,12 @@ struct Group {
     /// Of the scalar, by gathers.
     moments: Moments,
     tally: Tally,
+}
+
+/// Share of what was gathered that came as surprise; `None` where nothing was.
+fn surprise<'t>(tallies: impl Iterator<Item = &'t Tally>) -> Option<f64> {
+    let [all, part] = tallies.fold([0.0, 0.0], |s, t| [s[0] + t.gathered, s[1] + t.surprise]);
+    (all > 0.0).then(|| part / all)
 }
 
 impl<'a> Sense<'a> {
@@ -230,12 +242,35 @@ impl<'a> Sense<'a> {
     /// their bias.
     pub fn read(&self, index: u64, p: Vec3, n: Vec3) -> Reading {
         let reading = self.reading(index, p, n);
+        let per_group = reading.gathers / GROUPS as u64;
         if self.zones.is_empty() || self.corrected {
-            return reading;
+            let Some(zones) = self.steer.or(self.zones.first()) else { return reading };
+            let per_group = (per_group / 8).clamp(PILOT as u64, MOST_LOOKED as u64) as u32;
+            let (surprise, rays) = self.surprise(zones, index, p, n, per_group);
+            return Reading { surprise, rays: reading.rays + rays, ..reading };
         }
-        let per_group = (reading.gathers / GROUPS as u64 / 4).clamp(PILOT as u64, MOST_PAIRS as u64) as u32;
+        let per_group = (per_group / 4).clamp(PILOT as u64, MOST_PAIRS as u64) as u32;
         let (bias, rays) = self.bias(index, p, n, per_group);
         Reading { bias: Some(bias), rays: reading.rays + rays, ..reading }
+    }
+
+    /// How surprised gathers at a sensor are that end on `zones`, by `per_group` of them in each group, thrown away but for that;
+    /// and the rays it took.
+    fn surprise(&self, zones: &Zones, index: u64, p: Vec3, n: Vec3, per_group: u32) -> (Option<f64>, u64) {
+        if self.options.receiver == Receiver::Radiance {
+            return (None, 0);
+        }
+        let walker = Walker { steer: self.steer, ..Walker::zonal(self.world, zones) };
+        let one = |group: usize| {
+            let pixel = (index << 16) ^ (0xfd << 8) ^ group as u64;
+            let mut tally = Tally::default();
+            for i in 0..per_group {
+                self.estimate(&walker, pixel, i, p, n, &mut tally);
+            }
+            tally
+        };
+        let groups: Vec<Tally> = (0..GROUPS).into_par_iter().map(one).collect();
+        (surprise(groups.iter()), groups.iter().map(|t| t.rays).sum())
     }
 
     /// What the zones get wrong at a sensor, by `per_group` pairs of gathers in each group, without and with residuals and else
@@ -349,6 +384,7 @@ impl<'a> Sense<'a> {
             gathers: per_group as u64 * GROUPS as u64,
             unseen,
             rays: groups.iter().map(|g| g.tally.rays).sum(),
+            surprise: surprise(groups.iter().map(|g| &g.tally)),
             met: false,
             bias: None,
         }

@@ -7,6 +7,7 @@ mod common;
 use common::*;
 use hemilux::gather::{GatherPlan, Strategy, gather};
 use hemilux::sampler::Sampler;
+use hemilux::sense::{Goal, Receiver, Sense, SenseOptions};
 use hemilux::sensor::sensor_surface;
 use hemilux::transport::{Tally, Walker};
 use hemilux::world::World;
@@ -123,4 +124,46 @@ fn a_hidden_caster_is_found_without_bias_and_with_surprise() {
     }
     println!("surprise {surprised:.4} with the mirror hidden, {calm:.4} without");
     assert!(surprised > 0.03 && calm < 0.5 * surprised, "{surprised} and {calm}");
+}
+
+/// Sensors say so too, each for itself and as its first rays see it: the image of the lamp in a mirror that no particle has met is a
+/// surprise, and none where they were traced with it.
+#[test]
+fn a_sensor_says_how_much_nothing_had_led_to() {
+    let wall = |mirrored: bool| {
+        let mut scene = empty();
+        let (white, black) = (diffuse(&mut scene, 0.6), diffuse(&mut scene, 0.0));
+        let wall = if mirrored { mirror(&mut scene, 0.9) } else { black };
+        sphere(&mut scene, [1.0, 0.4, 2.2], 0.12, false, black, emission(50.0));
+        quad(&mut scene, [2.0, -2.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 3.0], wall, None);
+        quad(&mut scene, [-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], white, None);
+        World::new(scene)
+    };
+    let world = wall(true);
+    let (hidden, known) = (solve(&wall(false)), solve(&world));
+    let options = SenseOptions {
+        receiver: Receiver::Irradiance,
+        goal: Goal::Gathers(8000),
+        limit: std::time::Duration::from_secs(600),
+        seed: 3,
+        weights: [0.0, 1.0, 0.0],
+    };
+    for p in [[0.0, -0.5, 0.5], [-1.2, 0.5, 0.2], [1.2, 1.2, 0.0]] {
+        let by_paths = |zones| Sense::new(&world, &[], options).steered(zones);
+        let corrected = |zones| Sense::corrected(&world, std::slice::from_ref(zones), options);
+        let over_zones = |zones| Sense::new(&world, std::slice::from_ref(zones), options);
+        let surprise = |s: Sense| s.read(0, Vec3::from(p) + Vec3::Z * 1e-4, Vec3::Z).surprise.unwrap();
+        for (name, hidden, known) in [
+            ("paths", surprise(by_paths(&hidden)), surprise(by_paths(&known))),
+            ("corrected", surprise(corrected(&hidden)), surprise(corrected(&known))),
+            ("zonal", surprise(over_zones(&hidden)), surprise(over_zones(&known))),
+        ] {
+            println!("{name} at {p:?}: surprise {hidden:.4} with the mirror hidden, {known:.4} without");
+            assert!(hidden > 0.03 && known < 0.01, "{name} at {p:?}: {hidden} and {known}");
+        }
+        // One ray has no strata.
+        let along = SenseOptions { receiver: Receiver::Radiance, goal: Goal::Gathers(16), ..options };
+        let ray = Sense::new(&world, &[], along).steered(&known);
+        assert_eq!(ray.read(0, Vec3::from(p), Vec3::X).surprise, None);
+    }
 }

@@ -10,14 +10,13 @@
 use super::World;
 use super::emission::{emitted, power_per_area};
 use super::emitter_points::{
-    cone, mean_stretch, object_area, quadric_area_point, shape_ball, stretch_world, triangle_point,
-    whole_sphere,
+    cone, mean_stretch, object_area, quadric_area_point, stretch_world, triangle_point, whole_sphere,
 };
 use super::environment::Sky;
+use super::extent::ShapeExtent;
 use super::favour::{Favoured, Pick};
 use super::hierarchy::Hierarchy;
 pub use super::hierarchy::Receiver;
-use super::outline::Outline;
 use super::unit::{Density, LuminairePoint, Unit};
 use crate::wrong::{Wrong, makes};
 use hemilux_accel::{NO_INSTANCE, offset_origin};
@@ -55,34 +54,13 @@ pub(super) struct Luminaire {
     unseen: bool,
 }
 
-/// Where an emitting shape lies.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ShapeExtent {
-    /// Of a ball around it (m).
-    pub centre: Vec3,
-    pub radius: f32,
-    /// If it is flat.
-    pub outline: Option<Outline>,
-    /// How much of the ball's disk it fills as it is seen, on average.
-    pub fill: f32,
-}
-
-impl ShapeExtent {
-    fn new(centre: Vec3, radius: f32, outline: Option<Outline>, area: f32) -> ShapeExtent {
-        // A convex body shows a quarter of its surface (Cauchy), a flat piece at most all of it.
-        let shown = if outline.is_some() { area } else { 0.25 * area };
-        let fill = shown / (std::f32::consts::PI * radius * radius).max(f32::MIN_POSITIVE);
-        ShapeExtent { centre, radius, outline, fill: fill.clamp(0.02, 1.0) }
-    }
-}
-
 /// All luminaires of a world.
 #[derive(Clone, Debug, Default)]
 pub struct Luminaires {
     pub(super) items: Vec<Luminaire>,
     pub(super) emissions: Vec<Emission>,
     /// Of each emitting shape.
-    extents: Vec<ShapeExtent>,
+    pub(super) extents: Vec<ShapeExtent>,
     pub(super) skies: Vec<Sky>,
     pub(super) sky_items: Vec<u32>,
     pub(super) units: Vec<Unit>,
@@ -202,8 +180,6 @@ impl Luminaires {
             self.emissions.push(emission.clone());
             let unseen = shape.alpha == Some(FloatParam::Constant(0.0));
             let per_area = power_per_area(&world.scene, emission);
-            let (centre, radius) = shape_ball(world, &shape.geometry, to_world);
-            let outline = flat_outline(&world.scene, &shape.geometry, to_world);
             let first = self.items.len();
             let mut push = |emitter: Emitter, area: f64| {
                 powers.push(per_area * area);
@@ -260,7 +236,7 @@ impl Luminaires {
                 }
             }
             let area: f32 = self.items[first..].iter().map(|i| i.area).sum();
-            self.extents.push(ShapeExtent::new(centre.as_vec3(), radius, outline, area));
+            self.extents.push(ShapeExtent::of(world, &shape.geometry, to_world, area));
         }
         base
     }
@@ -278,38 +254,6 @@ impl Luminaires {
     /// Estimated total power by luminance (W); exact unless textures or profiles shape the emission.
     pub fn power(&self) -> f64 {
         self.power
-    }
-
-    /// Name and size of what luminaire `i` is part of, for grouping specular chains: a number for the emitting shape
-    /// (or sky), and the radius (m) of a ball around it with the distance (m) it counts as being away beyond the start
-    /// of the chain. `None` where it fills too much of the sky for its images to be small.
-    pub fn identity(&self, scene: &Scene, i: u32) -> Option<(u32, f32, f32)> {
-        let item = &self.items[i as usize];
-        match item.emitter {
-            Emitter::Sky(s) => match &scene.environments[s] {
-                hemilux_scene::Environment::Sun { cos_half_angle, .. } => {
-                    let far = 1e4 * self.bound.1;
-                    let tan = (1.0 - cos_half_angle * cos_half_angle).max(0.0).sqrt() / cos_half_angle;
-                    Some((u32::MAX - s as u32, far * tan as f32, far))
-                }
-                _ => None,
-            },
-            // What a sphere shows lies two thirds of its radius before its centre on average: with that much added, the
-            // ends of chains gather round the centre from wherever it is seen.
-            Emitter::Quadric { sphere: Some((_, r)), .. } => {
-                Some((item.emission, r as f32, 2.0 / 3.0 * r as f32))
-            }
-            _ => Some((item.emission, self.extents[item.emission as usize].radius, 0.0)),
-        }
-    }
-
-    /// Where the emitting shape lies that luminaire `i` is part of; nothing of a sky.
-    pub(crate) fn place(&self, i: u32) -> Option<&ShapeExtent> {
-        let item = &self.items[i as usize];
-        match item.emitter {
-            Emitter::Sky(_) => None,
-            _ => Some(&self.extents[item.emission as usize]),
-        }
     }
 
     /// Mean radiance of luminaire `i` (luminance, W·sr⁻¹·m⁻²), as if it emitted evenly.
@@ -731,19 +675,4 @@ impl LuminaireSample {
             }
         }
     }
-}
-
-/// Triangles of an emitting mesh that an outline is looked for around.
-const OUTLINED: usize = 4096;
-
-/// The outline of an emitting shape, if it is flat.
-fn flat_outline(scene: &Scene, geometry: &Geometry, to_world: &DAffine3) -> Option<Outline> {
-    let Geometry::Mesh(id) = geometry else { return None };
-    let mesh = &scene.meshes[id.0 as usize];
-    if mesh.indices.len() > OUTLINED {
-        return None;
-    }
-    let corner = |i: u32| to_world.transform_point3(mesh.positions[i as usize].as_dvec3()).as_vec3();
-    let triangles: Vec<[Vec3; 3]> = mesh.indices.iter().map(|t| t.map(corner)).collect();
-    Outline::around(&triangles)
 }

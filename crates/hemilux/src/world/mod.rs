@@ -8,6 +8,7 @@ pub mod camera;
 pub mod emission;
 pub(crate) mod emitter_points;
 pub mod environment;
+mod extent;
 mod favour;
 pub mod hierarchy;
 pub mod luminaire;

@@ -159,7 +159,7 @@ impl Wire for Records {
         if !all.is_sound() {
             return Err(ZoneFileError::Damaged("its records contradict themselves"));
         }
-        all.picks = Picks::of(&all);
+        all.picks = Picks::new(all.grains.len());
         Ok(all)
     }
 }
@@ -230,7 +230,7 @@ impl Records {
             all.first.push(all.candidates.len() as u32);
             all.grains.push(grain);
         }
-        all.picks = Picks::of(&all);
+        all.picks = Picks::new(all.grains.len());
         all
     }
 

@@ -13,17 +13,15 @@ use super::view::height_of;
 use super::{Candidate, NONE, Records};
 use hemilux_scene::geom::Vec3;
 use std::f32::consts::TAU;
+use std::sync::OnceLock;
 
 /// Share of the picks without regard to flux.
 const EVENLY: f32 = 0.2;
 
-/// What images are picked by: per leaf those of luminaires, in the order of their signatures.
+/// What images are picked by: per leaf those of luminaires, in the order of their signatures. A leaf's are made when they are first
+/// asked for (mode zonal never does), each leaf by itself, so that no thread waits for more than one leaf, nor for others' work.
 #[derive(Default)]
-pub(super) struct Picks {
-    /// First image of each leaf, and one past the last.
-    first: Vec<u32>,
-    images: Vec<Image>,
-}
+pub(super) struct Picks(Vec<OnceLock<Box<[Image]>>>);
 
 #[derive(Clone, Copy)]
 struct Image {
@@ -35,41 +33,42 @@ struct Image {
 }
 
 impl Picks {
-    pub fn of(records: &Records) -> Picks {
-        let mut picks = Picks { first: vec![0], images: Vec::new() };
-        for leaf in 0..records.grains.len() {
-            let begin = records.first[leaf];
-            let here = records.in_cell(leaf).iter().zip(begin..);
-            let of_luminaire = |c: &Candidate| records.signatures[c.signature as usize].kind == 0;
-            let from = picks.images.len();
-            picks.images.extend(here.filter(|(c, _)| of_luminaire(c)).map(|(c, candidate)| Image {
-                signature: c.signature,
-                candidate,
-                share: c.share,
-                cumulative: 0.0,
-            }));
-            let images = &mut picks.images[from..];
-            images.sort_by_key(|i| (i.signature, i.candidate));
-            let flux: f32 = images.iter().map(|i| i.share).sum::<f32>().max(f32::MIN_POSITIVE);
-            let even = EVENLY / images.len().max(1) as f32;
-            let mut sum = 0.0;
-            for image in images.iter_mut() {
-                image.share = (1.0 - EVENLY) * image.share / flux + even;
-                sum += image.share;
-                image.cumulative = sum;
-            }
-            for image in images {
-                image.share /= sum;
-                image.cumulative /= sum;
-            }
-            picks.first.push(picks.images.len() as u32);
-        }
-        picks
+    /// For so many leaves, none made yet.
+    pub fn new(leaves: usize) -> Picks {
+        Picks((0..leaves).map(|_| OnceLock::new()).collect())
     }
 
     pub fn memory_bytes(&self) -> usize {
-        self.images.len() * size_of::<Image>() + self.first.len() * 4
+        let made: usize = self.0.iter().filter_map(OnceLock::get).map(|images| images.len()).sum();
+        made * size_of::<Image>() + self.0.len() * size_of::<OnceLock<Box<[Image]>>>()
     }
+}
+
+/// The images of a leaf.
+fn images_of(records: &Records, leaf: usize) -> Box<[Image]> {
+    let here = records.in_cell(leaf).iter().zip(records.first[leaf]..);
+    let of_luminaire = |c: &Candidate| records.signatures[c.signature as usize].kind == 0;
+    let image = |(c, candidate): (&Candidate, u32)| Image {
+        signature: c.signature,
+        candidate,
+        share: c.share,
+        cumulative: 0.0,
+    };
+    let mut images: Box<[Image]> = here.filter(|(c, _)| of_luminaire(c)).map(image).collect();
+    images.sort_by_key(|i| (i.signature, i.candidate));
+    let flux: f32 = images.iter().map(|i| i.share).sum::<f32>().max(f32::MIN_POSITIVE);
+    let even = EVENLY / images.len().max(1) as f32;
+    let mut sum = 0.0;
+    for image in images.iter_mut() {
+        image.share = (1.0 - EVENLY) * image.share / flux + even;
+        sum += image.share;
+        image.cumulative = sum;
+    }
+    for image in images.iter_mut() {
+        image.share /= sum;
+        image.cumulative /= sum;
+    }
+    images
 }
 
 /// The images listed around a point.
@@ -96,7 +95,7 @@ impl Records {
     /// What is listed around `x` on a surface that faces unit `n`; `None` if no image of a luminaire is.
     pub(crate) fn around(&self, x: Vec3, n: Vec3) -> Option<Around<'_>> {
         let leaf = self.kd.leaf(x, n)?;
-        let images = &self.picks.images[self.picks.first[leaf] as usize..self.picks.first[leaf + 1] as usize];
+        let images = self.picks.0[leaf].get_or_init(|| images_of(self, leaf));
         (!images.is_empty()).then_some(Around { records: self, images, x, n })
     }
 }
