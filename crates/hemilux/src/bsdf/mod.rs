@@ -45,6 +45,7 @@
 //! one. Index of rough coats and of coats over metals: [1, 3], clamped.
 
 mod coat;
+mod directions;
 pub mod fresnel;
 mod ggx;
 mod given;
@@ -417,7 +418,7 @@ impl Bsdf {
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], t: Transport) -> Option<BsdfSample> {
         match self.lobes() {
             [] => None,
-            [Lobe(Shape::Lambert { albedo, event })] => lobe::sample_cosine(wo, u, *event, |_| *albedo),
+            [Lobe(Shape::Lambert { albedo, event })] => directions::sample_cosine(wo, u, *event, |_| *albedo),
             [only] => only.sample_with(wo, u_lobe, u, t),
             _ => self.sample_mixture(wo, u_lobe, u, t),
         }

@@ -155,7 +155,7 @@ impl<'a> Walker<'a> {
     ) -> Rgb {
         let mut sum = Rgb::BLACK;
         let shift = sampler.next1();
-        // Every picks-th part of [0, 1) from a common start: a systematic sample, also of fewer than one.
+        // Every picks-th part of [0, 1) from a common start: a systematic sample, of picks in the mean where that is no whole number.
         let mut next = shift;
         while next < picks {
             let u = (next / picks).min(1.0 - f32::EPSILON);
