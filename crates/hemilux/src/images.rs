@@ -1,7 +1,7 @@
 //! Virtual luminaires sampled as luminaires are, by a ray of their own at each vertex of a path.
 //!
-//! Where light particles list hundreds of images, a path cannot afford the mixture of all their cones at every vertex. Instead it, and residuals everywhere,
-//! picks one image ([`crate::zones::records`]), sends a ray into its cone and follows mirrors and glass; what the ray meets counts
+//! Where light particles list hundreds of images, a path cannot afford the mixture of all their cones at every vertex. Instead it
+//! (and a residual everywhere) picks single images ([`crate::zones::records`]), sends a ray into the cone of each and follows mirrors and glass; what the ray meets counts
 //! only if its specular chain is that image's, so nothing else need be known of the density. The path's own ray may come by the same
 //! chain, and both share it by the power heuristic: two ways to one path, as with shadow rays (E. Veach and L. Guibas 1995). At a
 //! vertex where nothing is picked, and for chains that are not listed, the path's own ray counts in full.
