@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p hemilux --example coverage -- [option=value]... SCENE...
 //!
-//! Options: `sensors=5` (per scene), `seeds=200`, `gathers=64` (a reading), `truth=150` (times as many for the truth), `particles=524288`,
+//! Options: `sensors=5` (per scene), `seeds=200`, `gathers=64` (a reading), `truth=150` (times as many for the truth), `particles=524288`, `budget=1000` (zones),
 //! `solutions=4` (zonal solutions that the seeds take turns on), `mode=corrected|path`.
 //!
 //! Sensors lie where camera rays, spread over the picture, first meet something diffuse; they face away from it. The truth of
@@ -31,6 +31,7 @@ fn main() -> Result<(), Failure> {
     let (sensors, seeds): (usize, u64) = (option("sensors", "5").parse()?, option("seeds", "200").parse()?);
     let (gathers, times): (u64, u64) = (option("gathers", "64").parse()?, option("truth", "150").parse()?);
     let (particles, solutions) = (option("particles", "524288").parse()?, option("solutions", "4").parse()?);
+    let budget = option("budget", "1000").parse()?;
     let by_paths = option("mode", "corrected") == "path";
     let band = band(seeds, 1.0 - 0.999f64.powf(1.0 / (sensors * scenes.len()).max(1) as f64));
     println!("{seeds} seeds of {gathers} gathers; a sensor may cover {} to {}", band[0], band[1]);
@@ -47,7 +48,7 @@ fn main() -> Result<(), Failure> {
         let world = World::new(load(&paths, &LoadOptions::default())?.scene);
         let zones: Vec<Zones> = (0..solutions)
             .map(|seed| {
-                let options = ZoneOptions { particles, seed, ..ZoneOptions::default() };
+                let options = ZoneOptions { particles, seed, budget };
                 Zones::solve_seen(&world, &options, None, |_| false)
             })
             .collect();

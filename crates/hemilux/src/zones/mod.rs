@@ -96,7 +96,7 @@ pub struct Zones {
     total: Vec<Rgb>,
     /// Its caustic part.
     caustic: Vec<Rgb>,
-    /// Standard error of the luminance of `total`.
+    /// Standard error of the luminance of `total`, at least that of one deposit.
     error: Vec<f32>,
     /// Where virtual luminaires are expected; nothing in a solution that was read from a file.
     records: Arc<Records>,
@@ -140,6 +140,8 @@ impl Zones {
         let sides = map.len() * 2;
         let (mut total, mut caustic, mut error) =
             (Vec::with_capacity(sides), Vec::with_capacity(sides), Vec::with_capacity(sides));
+        // At least that of one deposit: where none has come, nothing is known, which is no certainty of darkness.
+        let one = Rgb(deposits.ledger.emitted.map(|v| (v / n) as f32)).luminance() as f64;
         for side in 0..sides {
             let area = map.areas()[side / 2] as f64;
             let per_area = if area > 0.0 { 1.0 / (n * area) } else { 0.0 };
@@ -147,7 +149,7 @@ impl Zones {
             let sum = [0, 1, 2].map(|c| bins.iter().map(|b| b[c]).sum::<f64>());
             total.push(Rgb(sum.map(|v| (v * per_area) as f32)));
             caustic.push(Rgb(bins[Bin::Caustic as usize].map(|v| (v * per_area) as f32)));
-            error.push((deposits.squares(side).sqrt() * per_area) as f32);
+            error.push((deposits.squares(side).max(one * one).sqrt() * per_area) as f32);
         }
         let scale = |v: [f64; 3]| v.map(|x| x / n);
         let l = deposits.ledger;
@@ -196,7 +198,7 @@ impl Zones {
         if all > 0.0 { (self.caustic[k].luminance() / all).clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// Standard error of the luminance of [`Zones::irradiance`], from the spread of deposits.
+    /// Standard error of the luminance of [`Zones::irradiance`], from the spread of deposits; at least what one deposit is.
     pub fn standard_error(&self, zone: u32, side: u32) -> f32 {
         self.error[(zone * 2 + side) as usize]
     }
