@@ -296,7 +296,7 @@ impl<'a> Point<'a> {
         let worth = f.luminance() / density * self.worth;
         let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, worth };
         let value = f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density);
-        tally.brought(value);
+        tally.brought(value, f.luminance() * tally.straight / density);
         value
     }
 

@@ -4,8 +4,9 @@
 //! its own). The half-width is Student's at 95 % over the groups, widened where gathers are skewed (`sense/moments.rs`). Work comes in stages (`sense/stopping.rs`): pilots decide how
 //! much the target needs, fresh numbers make the answer, and only the last stage is reported, so what decided to stop hardly
 //! shapes value and interval (C. Stein 1945; D. Kirk and J. Arvo 1991). Where mirrors or glass may hide small bright images that
-//! too few rays have met, the half-width also holds what those could add (the rule of three). The image of a sun could hide so
-//! well that this never ends; then scouts ([`crate::zones::scouts`]) look for it: what they have found elsewhere is searched
+//! too few rays have met, the half-width also holds what those could add: by the rule of three where nothing leads rays to them, and where
+//! light particles do by what fresh ones say of what is hardly looked for ([`crate::zones::witness`]), in the mean over the light of the
+//! scene. The image of a sun could hide so well that the former never ends; then scouts ([`crate::zones::scouts`]) look for it: what they have found elsewhere is searched
 //! for at the sensor, what they have not found is bounded by its flux. Over zones the value is **biased by the zones**
 //! (averaged over as many independent solutions as there are groups), and the reading estimates that bias beside its noise;
 //! continued as paths, or with residuals, it is unbiased.
@@ -33,6 +34,8 @@ mod stopping;
 
 /// Independent groups behind every interval.
 pub const GROUPS: usize = 16;
+/// Student's 95 % quantile on one side for 15 degrees of freedom.
+const ONE_SIDED_15: f64 = 1.7531;
 /// The work of one gather.
 const PLAN: GatherPlan = GatherPlan { rays: 64, shadow_rays: 16, strategy: Strategy::Adaptive };
 /// Hits on virtual luminaires from which on their spread is trusted.
@@ -61,9 +64,6 @@ const MOST_IMAGES: usize = 256;
 /// A sensor that nobody has chosen for it gets more than this many times its share of some flux with a probability below 5 %
 /// (Markov's inequality).
 const SHARES: f64 = 20.0;
-/// What a hit behind a diffuse scattering may count beyond its irradiance: cones choose one image of several, and decide but half.
-const BY_CONES: f64 = 20.0;
-
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Receiver {
@@ -106,9 +106,9 @@ pub struct Reading {
     pub value: Rgb,
     /// The weighted scalar.
     pub scalar: f64,
-    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, widened where gathers are skewed, plus `unseen`.
+    /// 95 % half-width of the scalar: Student over [`GROUPS`] groups, widened where gathers are skewed, and by `unseen`.
     pub half_width: f64,
-    /// What virtual luminaires may hold that too few rays have met to judge by spread.
+    /// The part of `half_width` for virtual luminaires that too few rays have met to judge by spread.
     pub unseen: f64,
     /// Gathers behind the value (pilots not counted).
     pub gathers: u64,
@@ -152,15 +152,24 @@ pub struct Sense<'a> {
     scouts: OnceLock<Option<Scouts>>,
 }
 
-/// Bounds on what is unseen at one sensor, in its scalar, that do not depend on chance hits.
+/// What scouts say of virtual luminaires seen from one sensor.
+#[derive(Clone, Copy, PartialEq)]
+enum Verdict {
+    /// They were not asked, or cannot tell.
+    None,
+    /// Where they have seen images elsewhere, there is one here.
+    There,
+    /// There is hardly any: a bound on what they bring, in the scalar.
+    Below(f64),
+}
+
+/// What came to a sensor by a diffuse scattering.
 #[derive(Clone, Copy)]
-struct Verdict {
-    /// By virtual luminaires seen from the sensor.
-    first: f64,
-    /// By those seen from elsewhere, apart from `later_hit`.
-    later: f64,
-    /// What one hit of them may be worth, per gather ray.
-    later_hit: f64,
+struct Scattered {
+    /// Share of the gather rays that go on after one, and may meet virtual luminaires there by chance.
+    share: f64,
+    /// Part of the reading.
+    part: f64,
 }
 
 /// Sums of one group: per band, and what it cost and found.
@@ -170,6 +179,14 @@ struct Group {
     /// Of the scalar, by gathers.
     moments: Moments,
     tally: Tally,
+}
+
+/// Half-width of an interval of 95 % around a reading of half-width `student` that lacks up to so much: where it lacks far more than
+/// its noise only one side counts.
+fn with_lack(student: f64, lacking: f64) -> f64 {
+    let both = student_975((GROUPS - 1) as f64);
+    let one = ONE_SIDED_15 / both;
+    one * student + lacking.hypot((1.0 - one) * student)
 }
 
 /// Share of what was gathered that came as surprise; `None` where nothing was.
@@ -311,7 +328,7 @@ impl<'a> Sense<'a> {
             Goal::RelativeError(_) => (self.options.limit, Stage::pilot()),
         };
         let residual = self.residual(index, p, n);
-        let (mut rays, mut verdict, mut groups) = (0, None, [Group::default(); GROUPS]);
+        let (mut rays, mut verdict, mut groups) = (0, Verdict::None, [Group::default(); GROUPS]);
         loop {
             let stage_begin = Instant::now();
             if stage.from == 0 {
@@ -322,8 +339,8 @@ impl<'a> Sense<'a> {
             groups.par_iter_mut().enumerate().for_each(go_on);
             let took = stage_begin.elapsed();
             let mut reading = self.judge(&groups, stage.to, residual, verdict);
-            let of_pilot = reading.unseen * stage.to as f64 / PILOT as f64;
-            if stage.number == 0 && of_pilot > HOPELESS * reading.scalar.abs() {
+            let by_chance = self.unseen_first(PILOT, groups.iter().map(|g| g.tally.chain_hits).sum());
+            if stage.number == 0 && by_chance > HOPELESS * reading.scalar.abs() {
                 verdict = self.verdict(index, p, n, reading.scalar.abs());
                 reading = self.judge(&groups, stage.to, residual, verdict);
             }
@@ -357,7 +374,7 @@ impl<'a> Sense<'a> {
         groups: &[Group; GROUPS],
         per_group: u32,
         residual: Residual,
-        verdict: Option<Verdict>,
+        verdict: Verdict,
     ) -> Reading {
         let mut mean = [0f64; 3];
         let mut scalars = [0f64; GROUPS];
@@ -375,8 +392,9 @@ impl<'a> Sense<'a> {
         let student = skewed * student_975(degrees) * (variance / GROUPS as f64).sqrt();
         let hits = |of: fn(&Tally) -> u64| groups.iter().map(|g| of(&g.tally)).sum();
         let (first, later) = (hits(|t| t.chain_hits), hits(|t| t.later_hits));
-        let unseen = self.unseen_first(per_group, first, verdict)
-            + self.unseen_later(per_group, later, self.later(residual), verdict);
+        let scattered = self.scattered(residual, groups);
+        let lacking = self.lacking(per_group, [first, later], scattered, scalar.abs(), verdict);
+        let unseen = with_lack(student, lacking) - student;
         Reading {
             value: Rgb(mean.map(|v| v as f32)),
             scalar,
@@ -402,36 +420,75 @@ impl<'a> Sense<'a> {
         mean / (rays * per_group as f64 * GROUPS as f64)
     }
 
-    /// A bound on what virtual luminaires seen from the sensor may add beyond what the spread of the groups shows: hits that might
-    /// have been, each worth up to π times the brightest radiance; or what scouts say.
-    fn unseen_first(&self, per_group: u32, hits: u64, verdict: Option<Verdict>) -> f64 {
-        let by_chance = self.caution * self.compatible(per_group, hits);
-        verdict.map_or(by_chance, |v| by_chance.min(v.first))
+    /// What a sensor that reads about `scalar` may lack of virtual luminaires that were met too seldom, where `hits` on them were met at
+    /// the end of the gather rays and behind a diffuse scattering.
+    fn lacking(
+        &self,
+        per_group: u32,
+        [hits, later_hits]: [u64; 2],
+        scattered: Scattered,
+        scalar: f64,
+        verdict: Verdict,
+    ) -> f64 {
+        let mut first = self.unseen_first(per_group, hits);
+        if let Verdict::Below(bound) = verdict {
+            first = first.min(bound);
+        }
+        let later = self.unseen_later(per_group, later_hits, scattered.share);
+        let steer = self.steer.or(self.zones.first()).filter(|_| self.caution > 0.0);
+        let Some(zones) = steer.filter(|_| self.options.receiver == Receiver::Irradiance) else {
+            return first + later;
+        };
+        if first <= 0.0 && scattered.part <= 0.0 {
+            return 0.0;
+        }
+        let witnesses = zones.witnesses(self.world);
+        let rays = PLAN.rays as f64 * per_group as f64 * GROUPS as f64;
+        // Of light that is read without a share f of it, f / (1 - f) is lacking.
+        let of = |light: f64, f: f64| if f < 1.0 { light * f / (1.0 - f) } else { f64::INFINITY };
+        let light = if scalar > 0.0 { scalar } else { self.level() };
+        if verdict != Verdict::There {
+            first = first.min(of(light, witnesses.unseen(rays)));
+        }
+        if scattered.share <= 0.0 {
+            return first;
+        }
+        let by_witnesses = of(scattered.part * light, witnesses.unseen_later(rays * scattered.share));
+        // Hits on some of what paths meet behind a scattering vouch for nothing: the rest may be met a hundred times as seldom.
+        first + if later > 0.0 { later.min(by_witnesses) } else { by_witnesses }
+    }
+
+    /// What came by a scattering to gathers of these groups.
+    fn scattered(&self, residual: Residual, groups: &[Group; GROUPS]) -> Scattered {
+        let sum = |of: fn(&Tally) -> f64| groups.iter().map(|g| of(&g.tally)).sum::<f64>();
+        let all = sum(|t| t.gathered);
+        let part = if all > 0.0 { (sum(|t| t.scattered) / all).clamp(0.0, 1.0) } else { 1.0 };
+        let part = if part > ROUNDING { part } else { 0.0 };
+        Scattered { share: self.later(residual).min(1.0), part }
+    }
+
+    /// A bound on what virtual luminaires seen from the sensor may add: hits that might have been, each worth up to π times the
+    /// brightest radiance.
+    fn unseen_first(&self, per_group: u32, hits: u64) -> f64 {
+        self.caution * self.compatible(per_group, hits)
     }
 
     /// The same of virtual luminaires that are seen from elsewhere, by `share` of the gather rays.
-    fn unseen_later(&self, per_group: u32, hits: u64, share: f64, verdict: Option<Verdict>) -> f64 {
-        if share <= 0.0 {
-            return 0.0;
-        }
-        let compatible = self.compatible(per_group, hits) / share;
-        let by_chance = self.caution * compatible;
-        let said = |v: Verdict| if compatible > 0.0 { v.later + v.later_hit * compatible } else { 0.0 };
-        verdict.map_or(by_chance, |v| by_chance.min(said(v)))
+    fn unseen_later(&self, per_group: u32, hits: u64, share: f64) -> f64 {
+        if share > 0.0 { self.caution * self.compatible(per_group, hits) / share } else { 0.0 }
     }
 
-    /// What scouts say about a sensor that reads about `scalar`, if anything.
-    fn verdict(&self, index: u64, p: Vec3, n: Vec3, scalar: f64) -> Option<Verdict> {
-        // Bounds on what is met later hold where paths are led.
+    /// What scouts say about a sensor that reads about `scalar`.
+    fn verdict(&self, index: u64, p: Vec3, n: Vec3, scalar: f64) -> Verdict {
         if self.options.receiver != Receiver::Irradiance || self.steer.is_none() {
-            return None;
+            return Verdict::None;
         }
         let seed = self.options.seed;
         let send = || Scouts::send(self.world, SCOUTS, seed, self.bright);
-        let scouts = self.scouts.get_or_init(send).as_ref()?;
-        if scouts.images.len() > MOST_IMAGES {
-            return None;
-        }
+        let Some(scouts) = self.scouts.get_or_init(send).as_ref().filter(|s| s.images.len() <= MOST_IMAGES)
+        else {
+            return Verdict::None;
+        };
         // Irradiance (in the scalar) of an image that fills all of its cone; no luminaire is brighter than this.
         let whole = |part: f64| self.caution * part;
         let seen = scouts.images.iter().filter_map(|i| scouts.part(i, p, n)).collect::<Vec<_>>();
@@ -446,20 +503,14 @@ impl<'a> Sense<'a> {
         for (i, (_, axis, sin2)) in seen.iter().enumerate() {
             // What is there must be met by gather rays, too.
             if scouts.hits(self.world, p, *axis, *sin2, rays, key.with(i as u64)) > 0 {
-                return None;
+                return Verdict::There;
             }
         }
         // Of several images none was met: the sum of what they show is what the rule of three leaves one.
         let searched = 3.0 * largest / rays as f64;
         let per_luminance = self.caution / (std::f64::consts::PI * DIM * self.bright as f64);
         let unknown = SHARES * scouts.unsure * per_luminance / scouts.area.max(f64::MIN_POSITIVE);
-        let anywhere = scouts.images.iter().map(|i| (i.radius / (i.centre - p).length()).min(1.0) as f64);
-        let one = anywhere.map(|sin| whole(sin * sin)).fold(0.0, f64::max);
-        Some(Verdict {
-            first: searched + unknown,
-            later: unknown,
-            later_hit: one * BY_CONES * scouts.images.len() as f64,
-        })
+        Verdict::Below(searched + unknown)
     }
 
     /// Mean irradiance on the scene's surfaces (in the scalar, or as radiance), as light particles found it; 0 if there were none.
@@ -474,8 +525,7 @@ impl<'a> Sense<'a> {
         if area > 0.0 { per * flux / area } else { 0.0 }
     }
 
-    /// Share of the gather rays that go on after a diffuse scattering and may meet virtual luminaires there by chance, 0
-    /// where zones hold what they would find or nothing scatters diffusely.
+    /// See [`Scattered::share`]; 0 where zones hold what paths would find or nothing scatters diffusely.
     fn later(&self, residual: Residual) -> f64 {
         match (self.zones.is_empty(), self.corrected) {
             _ if !self.scatters => 0.0,

@@ -46,19 +46,25 @@ pub struct Tally {
     pub gathered: f64,
     /// See `gathered`.
     pub surprise: f64,
+    /// The part of `gathered` that was scattered before it came to the gather's rays.
+    pub scattered: f64,
     /// Gather rays, each with its whole chain.
     pub samples: u64,
     /// The most that one ray of the present gather brought (luminance), and how many rays it had.
     pub(crate) largest: f32,
     pub(crate) gather_rays: u32,
+    /// What the present walk met before it was scattered, and what rays of the present gather brought that was scattered before (luminance).
+    pub(crate) straight: f32,
+    scattered_now: f64,
 }
 
 /// A ray that brings more than this many times the mean of its gather went where the strata expected little.
 const SURPRISING: f32 = 10.0;
 
 impl Tally {
-    /// A ray of the present gather brought `value` (over its density).
-    pub(crate) fn brought(&mut self, value: Rgb) {
+    /// A ray of the present gather brought `value` (over its density), of which `straight` had not been scattered.
+    pub(crate) fn brought(&mut self, value: Rgb, straight: f32) {
+        self.scattered_now += (value.luminance() - straight) as f64;
         self.largest = self.largest.max(value.luminance());
         self.gather_rays += 1;
         self.samples += 1;
@@ -71,11 +77,12 @@ impl Tally {
         let (sum, whole) = (by_rays.luminance(), whole.luminance());
         if whole.is_finite() {
             self.gathered += whole as f64;
+            self.scattered += self.scattered_now;
             if self.largest * self.gather_rays as f32 > SURPRISING * sum {
                 self.surprise += self.largest as f64;
             }
         }
-        (self.largest, self.gather_rays) = (0.0, 0);
+        (self.largest, self.gather_rays, self.scattered_now) = (0.0, 0, 0.0);
     }
 
     fn note(&mut self, in_chain: bool, later: bool, met: Rgb) {
@@ -205,6 +212,7 @@ impl<'a> Walker<'a> {
     /// An estimate of the field radiance that arrives along `start`, W·sr⁻¹·m⁻². Adds what it traces and finds to `tally`.
     pub fn field_radiance(&self, start: Start, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         tally.rays += 1;
+        tally.straight = 0.0;
         let (origin, dir) = (start.origin, start.dir);
         let Some(hit) = self.world.closest_hit(origin, dir, f32::INFINITY) else {
             return self.field_radiance_from(start, None, sampler, tally);
@@ -265,6 +273,9 @@ impl<'a> Walker<'a> {
                     None => self.sky(origin, dir, arrival),
                 };
                 tally.note(in_chain, later, sky);
+                if !later {
+                    tally.straight += (beta * counts * sky).luminance();
+                }
                 radiance += beta * counts * sky;
                 break;
             };
@@ -276,6 +287,9 @@ impl<'a> Walker<'a> {
                     emission *= from.share(self.world, &chain, s.luminaire);
                 }
                 tally.note(in_chain, later, emission);
+                if !later {
+                    tally.straight += (beta * counts * emission).luminance();
+                }
                 radiance += beta * counts * emission;
             }
             if depth >= self.max_depth.min(LONGEST_WALK) {

@@ -103,7 +103,8 @@ impl Zones {
             return Err(ZoneFileError::Damaged("what it says of virtual luminaires does not fit together"));
         }
         let (records, field) = (Arc::new(records), Arc::new(field));
-        Ok(Zones { map, total, caustic, error, records, field, ledger, particles })
+        let witnesses = std::sync::OnceLock::new();
+        Ok(Zones { map, total, caustic, error, records, field, witnesses, ledger, particles })
     }
 }
 

@@ -17,6 +17,7 @@ pub mod records;
 pub mod scouts;
 pub mod sight;
 mod wire;
+pub mod witness;
 
 use crate::bsdf::Bsdf;
 use crate::world::{Surface, World};
@@ -28,7 +29,8 @@ pub use map::{ZoneMap, ZonePlace};
 use particles::{Bin, Deposits, Finds, Ledger};
 use records::Records;
 use std::f32::consts::FRAC_1_PI;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+use witness::Witnesses;
 
 /// How fine and how well a zonal solution is to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +104,8 @@ pub struct Zones {
     records: Arc<Records>,
     /// What the field radiance is expected to be; nothing in a solution that was read from a file.
     field: Arc<Field>,
+    /// What is hardly looked for, once it is asked.
+    witnesses: OnceLock<Witnesses>,
     /// Where the flux went, per particle (W).
     pub ledger: Ledger,
     /// Particles traced.
@@ -161,7 +165,17 @@ impl Zones {
             truncated: scale(l.truncated),
             rays: l.rays,
         };
-        Zones { map, total, caustic, error, records, field, ledger, particles: deposits.particles }
+        Zones {
+            map,
+            total,
+            caustic,
+            error,
+            records,
+            field,
+            witnesses: OnceLock::new(),
+            ledger,
+            particles: deposits.particles,
+        }
     }
 
     /// The cut surfaces.
@@ -177,6 +191,11 @@ impl Zones {
     /// What the field radiance is expected to be.
     pub fn field(&self) -> &Field {
         &self.field
+    }
+
+    /// What fresh particles say of the light that is hardly looked for with this solution as a guide; they are traced when it is first asked.
+    pub fn witnesses(&self, world: &World) -> &Witnesses {
+        self.witnesses.get_or_init(|| Witnesses::call(world, self, witness::COUNT))
     }
 
     /// A hash of everything that gathers look up: two solutions with the same one give the same pictures.
