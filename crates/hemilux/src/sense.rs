@@ -447,13 +447,16 @@ impl<'a> Sense<'a> {
         // Of light that is read without a share f of it, f / (1 - f) is lacking.
         let of = |light: f64, f: f64| if f < 1.0 { light * f / (1.0 - f) } else { f64::INFINITY };
         let light = if scalar > 0.0 { scalar } else { self.level() };
+        // What no witness has seen may be anywhere, in the shade of all other light too.
+        let unknown = witnesses.unknown() * self.level();
         if verdict != Verdict::There {
-            first = first.min(of(light, witnesses.unseen(rays)));
+            first = first.min(of(light, witnesses.unseen(rays)) + unknown);
         }
         if scattered.share <= 0.0 {
             return first;
         }
-        let by_witnesses = of(scattered.part * light, witnesses.unseen_later(rays * scattered.share));
+        let by_witnesses =
+            of(scattered.part * light, witnesses.unseen_later(rays * scattered.share)) + unknown;
         // Hits on some of what paths meet behind a scattering vouch for nothing: the rest may be met a hundred times as seldom.
         first + if later > 0.0 { later.min(by_witnesses) } else { by_witnesses }
     }
@@ -502,7 +505,7 @@ impl<'a> Sense<'a> {
         let key = Key::new(seed).with(0x5ee4).with(index);
         for (i, (_, axis, sin2)) in seen.iter().enumerate() {
             // What is there must be met by gather rays, too.
-            if scouts.hits(self.world, p, *axis, *sin2, rays, key.with(i as u64)) > 0 {
+            if scouts.hits(self.world, [p, n], *axis, *sin2, rays, key.with(i as u64)) > 0 {
                 return Verdict::There;
             }
         }

@@ -269,15 +269,28 @@ fn darkness_among_mirrors_is_an_answer() {
     quad(&mut scene, [-1.0, -1.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], black, emission(1.0));
     quad(&mut scene, [-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], black, None);
     quad(&mut scene, [-1.2, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 2.0, 0.0], shiny, None);
+    let candle = scene.clone();
     let world = World::new(scene);
     let zones = steering(&world);
-    let read = |z| {
-        let sense = Sense::new(&world, &[], options(Goal::RelativeError(0.01), 1)).steered(&zones);
-        sense.read(0, Vec3::new(0.0, 0.0, z), -Vec3::Z)
+    let read = |world: &World, zones: &Zones| {
+        let goal = options(Goal::RelativeError(0.01), 1);
+        let sense = Sense::new(world, &[], SenseOptions { limit: Duration::from_secs(2), ..goal });
+        sense.steered(zones).read(0, Vec3::new(0.0, 0.0, -0.5), -Vec3::Z)
     };
-    let dark = read(-0.5);
+    let dark = read(&world, &zones);
     println!("{dark:?}");
     assert!(dark.met && dark.scalar == 0.0 && dark.half_width > 0.0 && dark.half_width < 0.01, "{dark:?}");
+    // By a candle of a billionth of that brightness (π × 1e-9 / 2.25 of irradiance) a sensor knows no more of the mirror than in the dark.
+    let mut scene = candle;
+    let faint = diffuse(&mut scene, 0.0);
+    quad(&mut scene, [-0.5, -0.5, -2.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], faint, emission(1e-9));
+    let world_by_candle = World::new(scene);
+    let by_candle = read(&world_by_candle, &steering(&world_by_candle));
+    println!("{by_candle:?}");
+    assert!(
+        (1e-10..1e-9).contains(&by_candle.scalar) && by_candle.half_width > 1e-7 && !by_candle.met,
+        "{by_candle:?}"
+    );
     // Control: without particles nobody knows how bright the scene is.
     let limit = Duration::from_millis(200);
     let blind = Sense::new(&world, &[], SenseOptions { limit, ..options(Goal::RelativeError(0.01), 1) });

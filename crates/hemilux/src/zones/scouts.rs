@@ -123,8 +123,8 @@ impl Scouts {
         (cos > -sin).then(|| ((sin * sin * cos.max(sin)) as f64, to / distance, sin * sin))
     }
 
-    /// How many of `rays` rays from `x` into an image's cone end on a bright luminaire by mirrors and glass.
-    pub fn hits(&self, world: &World, x: Vec3, axis: Vec3, sin2: f32, rays: u64, key: Key) -> u64 {
+    /// How many of `rays` rays from `x` into an image's cone leave on the side of unit `n` and end on a bright luminaire by mirrors and glass.
+    pub fn hits(&self, world: &World, [x, n]: [Vec3; 2], axis: Vec3, sin2: f32, rays: u64, key: Key) -> u64 {
         let frame = Frame::from_normal(axis);
         let height = 0.5 * sin2 * (1.0 + 0.25 * sin2);
         (0..rays)
@@ -134,7 +134,8 @@ impl Scouts {
                 let (up, turn) = (key.uniform(0) * height, std::f32::consts::TAU * key.uniform(1));
                 let sin = (up * (2.0 - up)).max(0.0).sqrt();
                 let local = Vec3::new(sin * turn.cos(), sin * turn.sin(), 1.0 - up);
-                self.ends_bright(world, x, frame.to_world(local).normalize(), key)
+                let dir = frame.to_world(local).normalize();
+                dir.dot(n) > 0.0 && self.ends_bright(world, x, dir, key)
             })
             .count() as u64
     }

@@ -42,8 +42,8 @@ pub struct Witnesses {
     seen: Shares,
     /// Of the light that was scattered before, what once came so.
     scattered: Shares,
-    /// Share of one particle in each.
-    one: [f64; 2],
+    /// Share of one particle in the light that was not scattered before.
+    one: f64,
 }
 
 impl Witnesses {
@@ -75,27 +75,31 @@ impl Witnesses {
             add(&mut scattered, bin, w.scattered / scattered_on);
         }
         let power = world.luminaires.power();
-        Witnesses { seen, scattered, one: [power / all, power / straight.max(f64::MIN_POSITIVE)] }
+        Witnesses { seen, scattered, one: power / straight.max(f64::MIN_POSITIVE) }
     }
 
     /// The share of the light at a place that `rays` rays from there to virtual luminaires are likely to have met too seldom.
     pub fn unseen(&self, rays: f64) -> f64 {
-        missed(&self.seen, self.one[0], rays)
+        missed(&self.seen, rays)
     }
 
     /// The share of the light that was scattered before which so many rays are likely to have met too seldom behind the scattering.
     pub fn unseen_later(&self, rays: f64) -> f64 {
-        missed(&self.scattered, self.one[1], rays)
+        missed(&self.scattered, rays)
+    }
+
+    /// The share of all light on the scene's surfaces of which nothing is known, for no witness has seen any of it: three particles (95 %, the rule of three).
+    pub fn unknown(&self) -> f64 {
+        3.0 * self.one
     }
 }
 
-/// What witnesses saw of light that is met too seldom by `rays` rays, two standard errors, and three particles: of what none has
-/// seen nothing is known but that (95 %, the rule of three).
-fn missed(shares: &Shares, one: f64, rays: f64) -> f64 {
+/// What witnesses saw of light that is met too seldom by `rays` rays, and two standard errors.
+fn missed(shares: &Shares, rays: f64) -> f64 {
     let met = |bin: usize, share: f64| rays * share >= 2f64.powi(bin as i32 + 1);
     let missed = shares.iter().enumerate().filter(|(bin, share)| !met(*bin, share[0]));
     let [share, squares] = missed.fold([0.0; 2], |sum, (_, s)| [sum[0] + s[0], sum[1] + s[1]]);
-    (share + 2.0 * squares.sqrt() + 3.0 * one).min(1.0)
+    (share + 2.0 * squares.sqrt()).min(1.0)
 }
 
 /// An arrival: its weight, its flux, what of it is scattered on.
