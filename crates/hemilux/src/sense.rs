@@ -458,7 +458,8 @@ impl<'a> Sense<'a> {
         let by_witnesses =
             of(scattered.part * light, witnesses.unseen_later(rays * scattered.share)) + unknown;
         // Hits on some of what paths meet behind a scattering vouch for nothing: the rest may be met a hundred times as seldom.
-        first + if later > 0.0 { later.min(by_witnesses) } else { by_witnesses }
+        let most = if later > 0.0 { later } else { self.unseen_later(per_group, 0, scattered.share) };
+        first + by_witnesses.min(most)
     }
 
     /// What came by a scattering to gathers of these groups.
