@@ -64,6 +64,7 @@ const MOST_IMAGES: usize = 256;
 /// A sensor that nobody has chosen for it gets more than this many times its share of some flux with a probability below 5 %
 /// (Markov's inequality).
 const SHARES: f64 = 20.0;
+
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Receiver {
@@ -339,10 +340,12 @@ impl<'a> Sense<'a> {
             groups.par_iter_mut().enumerate().for_each(go_on);
             let took = stage_begin.elapsed();
             let mut reading = self.judge(&groups, stage.to, residual, verdict);
-            let by_chance = self.unseen_first(PILOT, groups.iter().map(|g| g.tally.chain_hits).sum());
-            if stage.number == 0 && by_chance > HOPELESS * reading.scalar.abs() {
-                verdict = self.verdict(index, p, n, reading.scalar.abs());
-                reading = self.judge(&groups, stage.to, residual, verdict);
+            if stage.number == 0 {
+                let hits = groups.iter().map(|g| g.tally.chain_hits).sum();
+                if self.unseen_first(PILOT, hits) > HOPELESS * reading.scalar.abs() {
+                    verdict = self.verdict(index, p, n, reading.scalar.abs());
+                    reading = self.judge(&groups, stage.to, residual, verdict);
+                }
             }
             let aim = match self.options.goal {
                 Goal::Gathers(_) => Aim::HalfWidth(f64::INFINITY),
