@@ -3,6 +3,9 @@
 //! A pass is one camera sample per pixel, or as many as [`crate::adaptive`] gives a tile. Every sample is a function of (scene, options, seed, pixel, pass) alone, so
 //! the picture is the same for any number of threads; every tile ends at a pass boundary, where a run may be stopped.
 
+mod glances;
+
+use self::glances::Seen;
 use crate::adaptive::Rates;
 use crate::bsdf::Bsdf;
 use crate::film::{Film, Sample, Tile};
@@ -13,10 +16,12 @@ use crate::transport::{Arrival, Residual, Start, Tally, Walker};
 use crate::world::camera::{CameraRay, Lens};
 use crate::world::{Surface, World};
 use crate::zones::Zones;
+use crate::zones::broad::Broad;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
 use hemiquad::points::{Key, sobol};
 use rayon::prelude::*;
+use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -106,6 +111,8 @@ pub struct Renderer<'a> {
     world: &'a World,
     zones: Option<&'a Zones>,
     steer: Option<&'a Zones>,
+    /// What pixels expect of the surfaces they span; `None` where they ask nothing of the kind.
+    broad: Option<&'a Broad>,
     lens: Lens,
     size: [u32; 2],
     options: RenderOptions,
@@ -120,9 +127,6 @@ pub struct Renderer<'a> {
 pub const DEFAULT_SHARE: f32 = 0.1;
 /// Seconds of work between two looks at clock and user.
 const PORTION: f64 = 0.5;
-/// Camera rays of a sample that ask what shines by itself: at these shifts of its place in the pixel; the first also gathers.
-const GLANCE: [[f32; 2]; GLANCES] = [[0.0, 0.0], [0.25, 0.5], [0.5, 0.75], [0.75, 0.25]];
-const GLANCES: usize = 4;
 /// A branch of the camera's specular tree counts at least this much, or survives by roulette.
 const THINNEST_BRANCH: f32 = 0.05;
 /// Branches waiting at once.
@@ -147,6 +151,7 @@ impl<'a> Renderer<'a> {
             world,
             zones,
             steer: None,
+            broad: zones.filter(|_| std::env::var_os("HX_NOBROAD").is_none()).map(|z| z.broad(world)),
             lens: Lens::new(&world.scene, width, height),
             size: [width, height],
             options,
@@ -333,19 +338,18 @@ impl<'a> Renderer<'a> {
             let mut sampler = Sampler::new(self.options.seed, pixel, pass);
             let (u_film, u_lens) = (sampler.next2(), sampler.next2());
             let ray = self.lens.ray(x, y, u_film, u_lens);
-            let (mut sample, shone) = self.parts(&ray, &mut sampler, tally);
+            let mut seen = Vec::new();
+            let (mut sample, shone) = self.parts(&ray, &mut sampler, &mut seen, tally);
             sample.radiance *= ray.weight;
             sample.radiance += match self.options.mode {
                 Mode::Path | Mode::Zones => shone * ray.weight,
-                // What shines is small and bright where it is seen in curved glass, and cheap to ask for.
                 Mode::Zonal | Mode::Corrected => {
-                    let more = (1..GLANCES).map(|k| {
-                        let shifted = [0, 1].map(|i: usize| (u_film[i] + GLANCE[k][i]).fract());
-                        let ray = self.lens.ray(x, y, shifted, u_lens);
-                        self.shone(&ray, &mut sampler.branch(k as u32), tally) * ray.weight
-                    });
-                    let all = more.fold(shone * ray.weight, |sum, v| sum + v);
-                    all * (1.0 / GLANCES as f32)
+                    let mut all = shone * ray.weight;
+                    for k in 1..glances::count() as u32 {
+                        let ray = self.lens.ray(x, y, glances::place(u_film, k), u_lens);
+                        all += self.glance(k, &ray, &mut sampler.branch(k), &mut seen, tally) * ray.weight;
+                    }
+                    all * (1.0 / glances::count() as f32) + glances::expected_more(&mut seen)
                 }
             };
             sample.radiance *= self.world.scene.film.scale;
@@ -396,14 +400,20 @@ impl<'a> Renderer<'a> {
 
     /// One camera sample, unweighted.
     pub fn sample(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Sample {
-        let (mut sample, shone) = self.parts(ray, sampler, tally);
+        let (mut sample, shone) = self.parts(ray, sampler, &mut Vec::new(), tally);
         sample.radiance += shone;
         sample
     }
 
     /// One camera sample, unweighted, and apart from it what shines by itself along the ray, straight or in mirrors and glass
     /// (in mode `path` all in the sample).
-    fn parts(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> (Sample, Rgb) {
+    fn parts(
+        &self,
+        ray: &CameraRay,
+        sampler: &mut Sampler,
+        seen: &mut Vec<Seen>,
+        tally: &mut Tally,
+    ) -> (Sample, Rgb) {
         let mut out = Sample::default();
         tally.rays += 1;
         let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
@@ -429,6 +439,7 @@ impl<'a> Renderer<'a> {
                             * match self.options.mode {
                                 Mode::Zones => self.zone_radiance(s),
                                 _ => {
+                                    seen.extend(self.seen(0, ray, s, bsdf, beta));
                                     let plan = self.options.plan.scaled(beta.max());
                                     gather(&walker, s, bsdf, &plan, sampler, tally)
                                 }
@@ -445,11 +456,37 @@ impl<'a> Renderer<'a> {
         Walker { zones: self.zones, steer: self.steer, residual: self.residual, ..Walker::path(self.world) }
     }
 
-    /// What shines by itself along `ray`, straight or in mirrors and glass.
-    fn shone(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+    /// What shines by itself along `ray`, straight or in mirrors and glass; the surfaces that it meets go to `seen`.
+    fn glance(
+        &self,
+        k: u32,
+        ray: &CameraRay,
+        sampler: &mut Sampler,
+        seen: &mut Vec<Seen>,
+        tally: &mut Tally,
+    ) -> Rgb {
         tally.rays += 1;
         let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
-        self.specular_tree(ray, first, &mut |_, _, _, _, _| (), sampler, tally)
+        let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, _: &mut Tally| {
+            seen.extend(self.seen(k, ray, s, bsdf, beta));
+        };
+        self.specular_tree(ray, first, &mut scatters, sampler, tally)
+    }
+
+    /// What glance `k` expects where it meets `s`.
+    fn seen(&self, k: u32, ray: &CameraRay, s: &Surface, bsdf: &Bsdf, beta: Rgb) -> Option<Seen> {
+        let (zones, broad) = (self.zones?, self.broad?);
+        let albedo = bsdf.diffuse_albedo(s.frame.to_local(s.wo));
+        if albedo.is_black() { return None; }
+        let place = zones.locate(self.world, s, [0.5, 0.5]);
+        Some(Seen {
+            glance: k,
+            p: s.p,
+            n: s.facing(),
+            reach: 4.0 * place.radius,
+            weight: beta * albedo * (ray.weight * FRAC_1_PI),
+            irradiance: broad.irradiance(&place),
+        })
     }
 
     /// Follow mirrors and glass from the camera, both ways at each interface: call `scatters` wherever something scatters otherwise,

@@ -104,7 +104,8 @@ impl Zones {
         }
         let (records, field) = (Arc::new(records), Arc::new(field));
         let witnesses = std::sync::OnceLock::new();
-        Ok(Zones { map, total, caustic, error, records, field, witnesses, ledger, particles })
+        let broad = std::sync::OnceLock::new();
+        Ok(Zones { map, total, caustic, error, records, field, witnesses, broad, ledger, particles })
     }
 }
 

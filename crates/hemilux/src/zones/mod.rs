@@ -7,6 +7,7 @@
 
 pub mod aim;
 mod bright;
+pub mod broad;
 pub mod field;
 pub mod file;
 mod kd;
@@ -21,6 +22,7 @@ pub mod witness;
 
 use crate::bsdf::Bsdf;
 use crate::world::{Surface, World};
+use broad::Broad;
 use field::Field;
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -106,6 +108,8 @@ pub struct Zones {
     field: Arc<Field>,
     /// What is hardly looked for, once it is asked.
     witnesses: OnceLock<Witnesses>,
+    /// Irradiance over wider areas, once it is asked.
+    broad: OnceLock<Broad>,
     /// Where the flux went, per particle (W).
     pub ledger: Ledger,
     /// Particles traced.
@@ -173,6 +177,7 @@ impl Zones {
             records,
             field,
             witnesses: OnceLock::new(),
+            broad: OnceLock::new(),
             ledger,
             particles: deposits.particles,
         }
@@ -196,6 +201,11 @@ impl Zones {
     /// What fresh particles say of the light that is hardly looked for with this solution as a guide; they are traced when it is first asked.
     pub fn witnesses(&self, world: &World) -> &Witnesses {
         self.witnesses.get_or_init(|| Witnesses::call(world, self, witness::COUNT))
+    }
+
+    /// What zones receive together with those around them; made when it is first asked.
+    pub fn broad(&self, world: &World) -> &Broad {
+        self.broad.get_or_init(|| Broad::new(self, world))
     }
 
     /// A hash of everything that gathers look up: two solutions with the same one give the same pictures.
