@@ -111,8 +111,8 @@ pub struct Renderer<'a> {
     world: &'a World,
     zones: Option<&'a Zones>,
     steer: Option<&'a Zones>,
-    /// What pixels expect of the surfaces they span; `None` where they ask nothing of the kind.
-    broad: Option<&'a Broad>,
+    /// What pixels expect of the surfaces they span, where that is not what the zones say.
+    expected: Option<&'a Broad>,
     lens: Lens,
     size: [u32; 2],
     options: RenderOptions,
@@ -127,6 +127,8 @@ pub struct Renderer<'a> {
 pub const DEFAULT_SHARE: f32 = 0.1;
 /// Seconds of work between two looks at clock and user.
 const PORTION: f64 = 0.5;
+/// Within this many radii of their zones, surfaces that a pixel spans share what is expected of them.
+const SHARING_REACH: f32 = 4.0;
 /// A branch of the camera's specular tree counts at least this much, or survives by roulette.
 const THINNEST_BRANCH: f32 = 0.05;
 /// Branches waiting at once.
@@ -151,7 +153,7 @@ impl<'a> Renderer<'a> {
             world,
             zones,
             steer: None,
-            broad: zones.filter(|_| std::env::var_os("HX_NOBROAD").is_none()).map(|z| z.broad(world)),
+            expected: None,
             lens: Lens::new(&world.scene, width, height),
             size: [width, height],
             options,
@@ -184,6 +186,11 @@ impl<'a> Renderer<'a> {
     /// The same, led by what the particles of `steer` have found instead of those of its own zones; no mean depends on it.
     pub fn steered(self, steer: &'a Zones) -> Renderer<'a> {
         Renderer { steer: Some(steer), ..self }
+    }
+
+    /// The same, where pixels expect something else of the surfaces they span than the zones say; no mean depends on it.
+    pub fn expecting(self, expected: &'a Broad) -> Renderer<'a> {
+        Renderer { expected: Some(expected), ..self }
     }
 
     /// The same with another seed.
@@ -339,17 +346,17 @@ impl<'a> Renderer<'a> {
             let (u_film, u_lens) = (sampler.next2(), sampler.next2());
             let ray = self.lens.ray(x, y, u_film, u_lens);
             let mut seen = Vec::new();
-            let (mut sample, shone) = self.parts(&ray, &mut sampler, &mut seen, tally);
+            let (mut sample, shone) = self.parts(&ray, &mut sampler, Some(&mut seen), tally);
             sample.radiance *= ray.weight;
             sample.radiance += match self.options.mode {
                 Mode::Path | Mode::Zones => shone * ray.weight,
                 Mode::Zonal | Mode::Corrected => {
                     let mut all = shone * ray.weight;
-                    for k in 1..glances::count() as u32 {
+                    for k in 1..glances::COUNT as u32 {
                         let ray = self.lens.ray(x, y, glances::place(u_film, k), u_lens);
                         all += self.glance(k, &ray, &mut sampler.branch(k), &mut seen, tally) * ray.weight;
                     }
-                    all * (1.0 / glances::count() as f32) + glances::expected_more(&mut seen)
+                    all * (1.0 / glances::COUNT as f32) + glances::expected_more(&mut seen)
                 }
             };
             sample.radiance *= self.world.scene.film.scale;
@@ -400,18 +407,18 @@ impl<'a> Renderer<'a> {
 
     /// One camera sample, unweighted.
     pub fn sample(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Sample {
-        let (mut sample, shone) = self.parts(ray, sampler, &mut Vec::new(), tally);
+        let (mut sample, shone) = self.parts(ray, sampler, None, tally);
         sample.radiance += shone;
         sample
     }
 
     /// One camera sample, unweighted, and apart from it what shines by itself along the ray, straight or in mirrors and glass
-    /// (in mode `path` all in the sample).
+    /// (in mode `path` all in the sample). What it meets goes to `seen`, where that is asked for.
     fn parts(
         &self,
         ray: &CameraRay,
         sampler: &mut Sampler,
-        seen: &mut Vec<Seen>,
+        mut seen: Option<&mut Vec<Seen>>,
         tally: &mut Tally,
     ) -> (Sample, Rgb) {
         let mut out = Sample::default();
@@ -439,7 +446,9 @@ impl<'a> Renderer<'a> {
                             * match self.options.mode {
                                 Mode::Zones => self.zone_radiance(s),
                                 _ => {
-                                    seen.extend(self.seen(0, ray, s, bsdf, beta));
+                                    if let Some(seen) = seen.as_deref_mut() {
+                                        seen.extend(self.seen(0, ray, s, bsdf, beta));
+                                    }
                                     let plan = self.options.plan.scaled(beta.max());
                                     gather(&walker, s, bsdf, &plan, sampler, tally)
                                 }
@@ -475,15 +484,15 @@ impl<'a> Renderer<'a> {
 
     /// What glance `k` expects where it meets `s`.
     fn seen(&self, k: u32, ray: &CameraRay, s: &Surface, bsdf: &Bsdf, beta: Rgb) -> Option<Seen> {
-        let (zones, broad) = (self.zones?, self.broad?);
+        let zones = self.zones?;
+        let broad = self.expected.unwrap_or_else(|| zones.broad(self.world));
         let albedo = bsdf.diffuse_albedo(s.frame.to_local(s.wo));
-        if albedo.is_black() { return None; }
         let place = zones.locate(self.world, s, [0.5, 0.5]);
         Some(Seen {
             glance: k,
             p: s.p,
             n: s.facing(),
-            reach: 4.0 * place.radius,
+            reach: SHARING_REACH * place.radius,
             weight: beta * albedo * (ray.weight * FRAC_1_PI),
             irradiance: broad.irradiance(&place),
         })

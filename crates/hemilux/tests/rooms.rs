@@ -8,6 +8,7 @@ use hemilux::sampler::Sampler;
 use hemilux::sensor::irradiance;
 use hemilux::transport::{Tally, Walker};
 use hemilux::world::World;
+use hemilux::zones::broad::Broad;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::geom::Vec3;
 use hemilux_scene::*;
@@ -356,4 +357,45 @@ fn a_mirrored_instance_keeps_its_outside_outside() {
             assert!((s.ng - n).length() < 1e-4, "{} and {n}", s.ng);
         }
     }
+}
+
+/// Dark and light stripes, narrower than pixels, under a uniform sky. What is expected of surfaces, right or absurd, changes
+/// no mean; the right expectation takes most of the variance.
+#[test]
+fn expectations_change_no_mean() {
+    let mut scene = empty();
+    let black = diffuse(&mut scene, 0.0);
+    let stripes = [diffuse(&mut scene, 0.1), diffuse(&mut scene, 0.9)];
+    sphere(&mut scene, [0.0; 3], 20.0, true, black, emission(1.0));
+    for i in 0..64 {
+        let x = -2.0 + i as f32 / 16.0;
+        quad(&mut scene, [x, -2.0, 2.0], [0.0, 4.0, 0.0], [1.0 / 16.0, 0.0, 0.0], stripes[i % 2], None);
+    }
+    let world = World::new(scene);
+    let zones = Zones::solve(&world, &ZoneOptions { budget: 4000, particles: 1 << 18, seed: 1 });
+    let sides = zones.map().len() * 2;
+    let key = hemiquad::points::Key::new(5);
+    let absurd = Broad::given((0..sides).map(|i| Rgb::splat(20.0 * key.uniform(i as u32))).collect());
+    let nothing = Broad::given(vec![Rgb::BLACK; sides]);
+    let picture = |expected: Option<&Broad>, seed: u64| {
+        let mut renderer = Renderer::new(&world, Some(&zones), 12, 12, options(Mode::Zonal)).with_seed(seed);
+        if let Some(expected) = expected {
+            renderer = renderer.expecting(expected);
+        }
+        let mut film = Film::new(12, 12, [0, 12, 0, 12]);
+        renderer.passes(&mut film, 0..1, &AtomicU64::new(0));
+        let mut values = Vec::new();
+        film.for_each(|_, _, p| values.push(p.mean()[1] as f64));
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let mean = |expected: Option<&Broad>| statistics(400, |i| picture(expected, i as u64));
+    let [right, wrong, none] = [None, Some(&absurd), Some(&nothing)].map(mean);
+    println!("expected by zones {right:?}, absurd {wrong:?}, nothing {none:?}");
+    // Half of what is seen is dark; E = π.
+    for (what, value) in [("by zones", right), ("absurd", wrong), ("nothing", none)] {
+        assert_is(what, value, 0.5, 0.55);
+    }
+    assert!(right.1 < 0.5 * none.1, "{right:?} {none:?}");
+    // Control: absurd expectations do cost noise, so they are used.
+    assert!(wrong.1 > 2.0 * none.1, "{wrong:?} {none:?}");
 }

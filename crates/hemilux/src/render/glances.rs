@@ -1,14 +1,16 @@
 //! Glances: camera rays beside the one that gathers, which know at little cost what a pixel spans.
 //!
-//! A pixel on an edge, or on a texture, varies more than its gathers are noisy. So a camera sample takes [`COUNT`] rays. All of them ask what
-//! shines and what would be *expected* of the surfaces they meet, diffuse albedo times [broad irradiance](crate::zones::broad); one of them gathers. The
-//! sample is the mean of what is expected, plus what was gathered less what was expected there: a control variate, so the mean does not
-//! depend on what is expected, whatever that is.
+//! A pixel on an edge, or on a texture, varies more than its gathers are noisy. So a camera sample takes [`COUNT`] rays. All of them
+//! ask what shines, and what is *expected* of the surfaces they meet: diffuse albedo times [broad irradiance](crate::zones::broad).
+//! One of them gathers. The sample is the mean of what is expected, plus what was gathered less what was expected there: a control
+//! variate, so its mean does not depend on what is expected, whatever that is.
 //!
-//! Surfaces that several rays meet close together in one plane share one expected irradiance, the mean of theirs: then steps between
-//! boxes of the broad irradiance do not show, and only albedo differs. What is expected of one ray thus depends on the others. That is no bias
-//! as long as the ray that gathers is any of them with equal probability given all of them, which holds for
-//! a lattice shifted by a uniform point: it looks the same from each of its points.
+//! Surfaces that several rays meet close together in one plane share one expected irradiance, the mean of theirs: steps
+//! between boxes of the broad irradiance do not show, and only albedo differs. What is expected of one ray thus depends on the others. That
+//! is no bias as long as, given all rays, the one that gathers is any of them with equal probability. So it is on
+//! a lattice shifted by a uniform point, which looks the same from each of its points.
+//!
+//! Invariant: [`expected_more`] of the same surfaces, with each glance in turn as the one that gathers, sums to nothing.
 
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
@@ -54,24 +56,14 @@ impl Seen {
 
 /// Glance `k` of the one at `u`, on the unit torus.
 pub fn place(u: [f32; 2], k: u32) -> [f32; 2] {
-    let n = count() as u32;
-    let step = if n == 16 { [1, 7] } else { STEP };
-    [0, 1].map(|i: usize| (u[i] + (k * step[i] % n) as f32 / n as f32).fract())
-}
-
-pub fn count() -> usize {
-    static N: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
-    *N.get_or_init(|| std::env::var("HX_G").ok().and_then(|v| v.parse().ok()).unwrap_or(COUNT))
-}
-fn noshare() -> bool {
-    static N: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
-    *N.get_or_init(|| std::env::var("HX_NOSHARE").is_ok())
+    let n = COUNT as u32;
+    [0, 1].map(|i: usize| (u[i] + (k * STEP[i] % n) as f32 / n as f32).fract())
 }
 
 /// What is expected of the mean of all glances, less what is expected of glance 0.
 pub fn expected_more(seen: &mut [Seen]) -> Rgb {
     share(seen);
-    let mean = 1.0 / count() as f32;
+    let mean = 1.0 / COUNT as f32;
     seen.iter().fold(Rgb::BLACK, |sum, s| {
         let factor = if s.glance == 0 { mean - 1.0 } else { mean };
         sum + s.weight * s.irradiance * factor
@@ -81,7 +73,7 @@ pub fn expected_more(seen: &mut [Seen]) -> Rgb {
 /// Give all that lie in one plane, each beside another, the mean of their irradiances.
 fn share(seen: &mut [Seen]) {
     let n = seen.len();
-    if n > MOST || noshare() {
+    if n > MOST {
         return;
     }
     let mut group = [0u8; MOST];
@@ -104,5 +96,97 @@ fn share(seen: &mut [Seen]) {
     for (s, g) in seen.iter_mut().zip(group) {
         let (sum, count) = sums[g as usize];
         s.irradiance = sum * (1.0 / count as f32);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hemiquad::points::Key;
+
+    /// A lattice looks the same from each of its points; steps that are no lattice do not.
+    #[test]
+    fn glances_look_alike_from_each_of_them() {
+        let set = |of: &dyn Fn(u32) -> [f32; 2]| {
+            let mut all: Vec<[i32; 2]> =
+                (0..COUNT as u32).map(|k| of(k).map(|x| (x * 1024.0).round() as i32)).collect();
+            all.sort_unstable();
+            all
+        };
+        let u = [0.125, 0.3125];
+        let from_first = set(&|k| place(u, k));
+        assert!(from_first.windows(2).all(|w| w[0] != w[1]));
+        let none_lattice =
+            |u: [f32; 2], k: u32| [0.0, 0.05].map(|s| (u[0] + (k * k) as f32 * 0.0625 + s).fract());
+        let mut differ = 0;
+        for j in 0..COUNT as u32 {
+            assert_eq!(set(&|k| place(place(u, j), k)), from_first);
+            differ += (set(&|k| none_lattice(none_lattice(u, j), k)) != set(&|k| none_lattice(u, k))) as u32;
+        }
+        assert!(differ > 0, "the control passes");
+    }
+
+    fn surfaces(key: Key) -> Vec<Seen> {
+        (0..COUNT as u32 * 2)
+            .map(|i| {
+                let x = |d: u32| key.with(i as u64).uniform(d);
+                // Two planes, some of the points close together.
+                let p = Vec3::new(x(0), x(1), (i % 2) as f32);
+                let (weight, irradiance) = (Rgb([x(2), x(3), 0.5]), Rgb([x(4), 1.0, x(5)]));
+                Seen { glance: i / 2, p, n: Vec3::Z, reach: 0.4, weight, irradiance }
+            })
+            .collect()
+    }
+
+    /// The same surfaces with glance `j` as the one that gathers.
+    fn from(j: u32, seen: &[Seen]) -> Vec<Seen> {
+        let n = COUNT as u32;
+        let turned = |s: &Seen| Seen { glance: (s.glance + n - j) % n, ..*s };
+        let mut turned: Vec<Seen> = seen.iter().map(turned).collect();
+        turned.sort_by_key(|s| s.glance);
+        turned
+    }
+
+    #[test]
+    fn what_is_expected_changes_no_mean() {
+        for seed in 0..50 {
+            let seen = surfaces(Key::new(seed));
+            let all = |expected: &dyn Fn(&mut [Seen]) -> Rgb| {
+                (0..COUNT as u32).fold(Rgb::BLACK, |sum, j| sum + expected(&mut from(j, &seen)))
+            };
+            let sum = all(&expected_more);
+            assert!(sum.0.iter().all(|v| v.abs() < 2e-5), "{sum:?}");
+            // The fake: everything shares what the gathering glance expects.
+            let fake = all(&|seen| {
+                let first = seen[0].irradiance;
+                seen.iter_mut().for_each(|s| s.irradiance = first);
+                let mean = 1.0 / COUNT as f32;
+                seen.iter().fold(Rgb::BLACK, |sum, s| {
+                    sum + s.weight * s.irradiance * if s.glance == 0 { mean - 1.0 } else { mean }
+                })
+            });
+            assert!(fake.0.iter().any(|v| v.abs() > 1e-3), "the fake passes: {fake:?}");
+        }
+    }
+
+    #[test]
+    fn neighbours_in_a_plane_share_and_others_do_not() {
+        let at = |x: f32, z: f32, irradiance: f32| Seen {
+            glance: 0,
+            p: Vec3::new(x, 0.0, z),
+            n: Vec3::Z,
+            reach: 0.1,
+            weight: Rgb::WHITE,
+            irradiance: Rgb::splat(irradiance),
+        };
+        let mut seen = [
+            at(0.0, 0.0, 1.0),
+            at(0.08, 0.0, 3.0),
+            at(0.16, 0.0, 8.0),
+            at(0.02, 0.05, 7.0),
+            at(1.0, 0.0, 5.0),
+        ];
+        share(&mut seen);
+        assert_eq!(seen.map(|s| s.irradiance.0[0]), [4.0, 4.0, 4.0, 7.0, 5.0]);
     }
 }

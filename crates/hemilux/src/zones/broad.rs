@@ -15,7 +15,7 @@ use std::collections::HashMap;
 
 /// Relative standard error that is good enough.
 const ENOUGH: f32 = 0.1;
-/// Standard errors by which a wider box may differ: beyond, it is another place (O. V. Lepski, 1991).
+/// A wider box that is more standard errors away from a narrower one is another place.
 const SURELY: f32 = 2.0;
 /// Boxes grow to this many times the zones' width at most (a power of two).
 const WIDEST: u32 = 8;
@@ -81,6 +81,11 @@ impl Place {
 }
 
 impl Broad {
+    /// Given values (W·m⁻²), by zone × 2 + side.
+    pub fn given(irradiance: Vec<Rgb>) -> Broad {
+        Broad { irradiance }
+    }
+
     pub(super) fn new(zones: &Zones, world: &World) -> Broad {
         let (areas, width) = (zones.map.areas(), zones.map.target().max(f32::MIN_POSITIVE));
         let mut middle = vec![(Vec3::ZERO, Vec3::ZERO, 0f32); areas.len()];
