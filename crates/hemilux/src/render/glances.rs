@@ -63,11 +63,13 @@ pub fn place(u: [f32; 2], k: u32) -> [f32; 2] {
 /// What is expected of the mean of all glances, less what is expected of glance 0.
 pub fn expected_more(seen: &mut [Seen]) -> Rgb {
     share(seen);
-    let mean = 1.0 / COUNT as f32;
-    seen.iter().fold(Rgb::BLACK, |sum, s| {
-        let factor = if s.glance == 0 { mean - 1.0 } else { mean };
-        sum + s.weight * s.irradiance * factor
-    })
+    let mut each = [Rgb::BLACK; COUNT];
+    for s in seen.iter() {
+        each[s.glance as usize] += s.weight * s.irradiance;
+    }
+    // By differences, so that glances that see the same leave exactly nothing.
+    let more = each.iter().fold(Rgb::BLACK, |sum, e| sum + (*e - each[0]));
+    more * (1.0 / COUNT as f32)
 }
 
 /// Give all that lie in one plane, each beside another, the mean of their irradiances.
