@@ -61,11 +61,11 @@ const LEAF: usize = 768;
 /// A leaf learns from a box this much of its size larger on every side.
 const DILATE: f32 = 0.25;
 /// A quadrant with fewer arrivals is not cut.
-const FEWEST: usize = 12;
+const FEWEST: usize = 24;
 /// Arrivals that every quad is taken to have had besides, evenly over its quadrants.
-const PRIOR: f32 = 4.0;
+const PRIOR: f32 = 30.0;
 /// Part of the density that is spread evenly over the square: the defence against a wrong prediction.
-const EVEN: f32 = 0.3;
+const EVEN: f32 = 0.2;
 /// A quadrant with less of the leaf's flux is not cut.
 const FAINTEST: f32 = 1.0 / 512.0;
 /// Bits of the Morton code per axis: cells of 1/1024, about 2 mrad.
