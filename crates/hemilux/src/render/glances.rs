@@ -21,6 +21,8 @@ pub const COUNT: usize = 8;
 const STEP: [u32; 2] = [1, 3];
 /// More surfaces than this in a sample do not share.
 const MOST: usize = 64;
+/// No glance expects more than so many times what another one does.
+const STEEPEST: f32 = 4.0;
 /// Cosine between normals of one plane.
 const PARALLEL: f32 = 0.99;
 /// Slope of the line between two points of one plane.
@@ -66,6 +68,14 @@ pub fn expected_more(seen: &mut [Seen]) -> Rgb {
     let mut each = [Rgb::BLACK; COUNT];
     for s in seen.iter() {
         each[s.glance as usize] += s.weight * s.irradiance;
+    }
+    // Beside a shadow's edge a zone may promise many times what is there.
+    let least = each.iter().map(|e| e.luminance()).filter(|l| *l > 0.0).fold(f32::INFINITY, f32::min);
+    for e in &mut each {
+        let most = STEEPEST * least;
+        if e.luminance() > most {
+            *e *= most / e.luminance();
+        }
     }
     // By differences, so that glances that see the same leave exactly nothing.
     let more = each.iter().fold(Rgb::BLACK, |sum, e| sum + (*e - each[0]));
