@@ -596,8 +596,8 @@ pub struct SenseArgs {
     /// JSON file to write: every reading with its surprise, rays and time
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Where gather rays end: continued as paths (unbiased), on zones with residuals (unbiased), or on zones (biased by them)
-    #[arg(long, value_enum, default_value = "path", value_name = "NAME")]
+    /// Where gather rays end: on zones with residuals (unbiased), continued as paths (unbiased), or on zones (biased by them)
+    #[arg(long, value_enum, default_value = "corrected", value_name = "NAME")]
     pub mode: SenseMode,
     /// How the zonal solutions are made; in modes path and corrected what leads gathers, smaller by default.
     #[command(flatten)]

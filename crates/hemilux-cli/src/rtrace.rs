@@ -138,16 +138,15 @@ pub fn run(words: &[String]) -> Result<(), Failure> {
     };
     let world = World::new(scene);
     let steering = crate::sense::steering(&world, options.seed);
-    let sense = Sense::new(&world, &[], options);
     let sense = match &steering {
         Some(zones) => {
             talk::line(&format!(
                 "note: mirrors or glass: gather rays are led by what {} light particles found (not by -ab, -ad, ...)",
                 zones.particles
             ));
-            sense.steered(zones)
+            Sense::corrected(&world, std::slice::from_ref(zones), options)
         }
-        None => sense,
+        None => Sense::new(&world, &[], options),
     };
     if meaning.header {
         talk::data(&format!(
