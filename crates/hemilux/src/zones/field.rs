@@ -65,7 +65,7 @@ const FEWEST: usize = 24;
 /// Arrivals that every quad is taken to have had besides, evenly over its quadrants.
 const PRIOR: f32 = 30.0;
 /// Part of the density that is spread evenly over the square: the defence against a wrong prediction.
-const EVEN: f32 = 0.2;
+const EVEN: f32 = 0.3;
 /// A quadrant with less of the leaf's flux is not cut.
 const FAINTEST: f32 = 1.0 / 512.0;
 /// Bits of the Morton code per axis: cells of 1/1024, about 2 mrad.
