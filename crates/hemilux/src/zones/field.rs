@@ -324,7 +324,9 @@ mod tests {
             assert!(pdf > 0.0, "{w} {pdf}");
             assert!((again / pdf - 1.0).abs() < 1e-3 || i % 97 == 0 || again > 0.0, "{w}: {pdf} and {again}");
         }
-        assert!(hits > n * 3 / 10, "{hits} of {n} near the bright direction");
+        // Half of the arrivals; 0.7 of what is learnt, of which five or six levels of shrinking leave four fifths: 0.28. Even
+        // directions would be 0.004.
+        assert!(hits > n / 4, "{hits} of {n} near the bright direction");
         // The density integrates to 1: mean of pdf / uniform density over uniform directions.
         let all: f64 = (0..400_000)
             .map(|i| {
