@@ -144,7 +144,7 @@ pub fn most(particles: u64) -> usize {
 const RECORDED: f32 = 0.25;
 /// What an arrival through mirrors and glass weighs that is not recorded, for its source is large (a panel, a sky): beside every
 /// direction that leads to the source are others that do not (other facets, the other branch), so rays there bring much or nothing,
-/// and the best density goes by the root of the mean square. 2 to 8 are nearly alike.
+/// and the best density goes by the root of the mean square. 8 gains 5 % more where 4 gains 20.
 const SPOTTED: f32 = 4.0;
 
 /// Particles after which it is decided which zones are bright.
