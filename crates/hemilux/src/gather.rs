@@ -130,7 +130,78 @@ pub fn gather(
     if let Strategy::Report(method) = plan.strategy {
         return strategies::gather(walker, s, bsdf, plan, method, sampler, tally);
     }
-    let at = Point::new(walker, s, bsdf, plan);
+    let gathered = gather_part(walker, s, bsdf, plan, Part::WHOLE, sampler, tally);
+    tally.judge(&gathered, 1);
+    gathered.whole
+}
+
+/// Which of its rays a gather traces at one of several places that share them, such as the places that a pixel spans: rays
+/// `first`, `first` + `of`, and so on, of each stratum. The rays of all parts are stratified against one another where all draw them
+/// from the same point sets. Each part alone is an unbiased gather of a fraction of the rays if `first` is equally
+/// likely to be any of 0 … `of` − 1 (systematic sampling).
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// First ray.
+    pub first: u32,
+    /// Parts.
+    pub of: u32,
+}
+
+impl Part {
+    /// Every ray.
+    pub const WHOLE: Part = Part { first: 0, of: 1 };
+
+    /// The rays of this part, of `n` in all.
+    fn rays(self, n: u32) -> impl Iterator<Item = u32> {
+        (self.first..n).step_by(self.of as usize)
+    }
+
+    /// How many rays of `n` it has in the mean.
+    fn mean(self, n: u32) -> f32 {
+        n as f32 / self.of as f32
+    }
+}
+
+/// What a gather, or a part of one, found.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gathered {
+    /// In all.
+    pub whole: Rgb,
+    /// By gather rays.
+    pub by_rays: Rgb,
+    /// The most that one ray brought (luminance), and how many rays there were.
+    pub largest: f32,
+    /// See `largest`.
+    pub rays: u32,
+    /// What they brought that had been scattered before (luminance).
+    pub scattered: f64,
+}
+
+impl Gathered {
+    /// Both, as parts of one gather.
+    pub fn with(self, other: Gathered) -> Gathered {
+        Gathered {
+            whole: self.whole + other.whole,
+            by_rays: self.by_rays + other.by_rays,
+            largest: self.largest.max(other.largest),
+            rays: self.rays + other.rays,
+            scattered: self.scattered + other.scattered,
+        }
+    }
+}
+
+/// A part of a gather by any strategy but the report's, which counts for no surprise yet. Unbiased given
+/// the zones if the part is drawn at random.
+pub fn gather_part(
+    walker: &Walker,
+    s: &Surface,
+    bsdf: &Bsdf,
+    plan: &GatherPlan,
+    part: Part,
+    sampler: &mut Sampler,
+    tally: &mut Tally,
+) -> Gathered {
+    let at = Point { part, ..Point::new(walker, s, bsdf, plan) };
     let mut radiance = at.by_cones(sampler, tally);
     let by_shadow_rays = at.by_shadow_rays(sampler, tally);
     for (k, lobe) in bsdf.lobes().iter().enumerate() {
@@ -141,10 +212,9 @@ pub fn gather(
     radiance += at.by_prediction(sampler, tally);
     if !at.looks.cones().is_empty() {
         radiance += at.by_hints(sampler, tally);
-        walker.world.hints.note_gather((radiance + by_shadow_rays).luminance());
+        walker.world.hints.note_gather((radiance + by_shadow_rays).luminance() / part.of as f32);
     }
-    tally.judge(radiance, radiance + by_shadow_rays);
-    radiance + by_shadow_rays
+    tally.gathered_by(radiance, radiance + by_shadow_rays)
 }
 
 /// One over the surface radiance that the zone at `s` expects, for walks whose residuals are to be shared out by what they bring; 0
@@ -182,7 +252,8 @@ struct Point<'a> {
     cone_rays: u32,
     looks: Looks,
     plan: &'a GatherPlan,
-    /// See [`Start::worth`]: that of a ray whose BRDF × cosine over density is 1.
+    part: Part,
+    /// See [`Start::worth`]: that of a ray of a whole gather whose BRDF × cosine over density is 1.
     worth: f32,
 }
 
@@ -201,10 +272,23 @@ impl<'a> Point<'a> {
         let looks = walker.world.hints.looks(&receiver, plan.rays);
         let rays = broad.own.iter().sum::<u32>() + broad.guided + cone_rays;
         let worth = rays as f32 * worth(walker, s, bsdf, wo);
-        Point { walker, s, receiver, bsdf, wo, broad, cones, cone_rays, looks, plan, worth }
+        Point {
+            walker,
+            s,
+            receiver,
+            bsdf,
+            wo,
+            broad,
+            cones,
+            cone_rays,
+            looks,
+            plan,
+            part: Part::WHOLE,
+            worth,
+        }
     }
 
-    /// Rays times density per steradian at world direction `w`, local `wi`, over all strata but the shadow rays.
+    /// Rays of the part times density per steradian at world direction `w`, local `wi`, over all strata but the shadow rays.
     #[inline]
     fn density(&self, w: Vec3, wi: Vec3) -> f32 {
         let mut density = 0.0;
@@ -220,7 +304,7 @@ impl<'a> Point<'a> {
         if self.cone_rays > 0 {
             density += part * self.cone_rays as f32 * self.cones.density(w);
         }
-        density + self.looks.density(w)
+        (density + self.looks.density(w)) / self.part.of as f32
     }
 
     /// The part of one lobe's own chart.
@@ -228,7 +312,7 @@ impl<'a> Point<'a> {
         let n = self.broad.own[k];
         let points = self.plan.strategy.points(sampler, n);
         let mut sum = Rgb::BLACK;
-        for i in 0..n {
+        for i in self.part.rays(n) {
             let Some(sample) = lobe.sample(self.wo, points.point(i), Quantity::Radiance) else { continue };
             let w = self.s.frame.to_world(sample.wi).normalize();
             sum += self.gather_ray(w, sample.wi, 0.0, &mut sampler.branch(i), tally);
@@ -242,7 +326,7 @@ impl<'a> Point<'a> {
         let n = self.broad.guided;
         let points = self.plan.strategy.points(sampler, n);
         let mut sum = Rgb::BLACK;
-        for i in 0..n {
+        for i in self.part.rays(n) {
             let (w, _) = prediction.sample(points.point(i));
             sum += self.gather_ray(w, self.s.frame.to_local(w), 0.0, &mut sampler.branch(i), tally);
         }
@@ -255,11 +339,11 @@ impl<'a> Point<'a> {
         let shift = sampler.next1();
         let points = self.plan.strategy.points(sampler, n.max(1));
         let mut sum = Rgb::BLACK;
-        for i in 0..n {
+        for i in self.part.rays(n) {
             let pick = (i as f32 + shift) / n as f32;
             let Some((w, missed)) = self.cones.sample(pick, points.point(i)) else { continue };
             let wi = self.s.frame.to_local(w);
-            sum += self.gather_ray(w, wi, n as f32 * missed, &mut sampler.branch(i), tally);
+            sum += self.gather_ray(w, wi, self.part.mean(n) * missed, &mut sampler.branch(i), tally);
         }
         sum
     }
@@ -269,12 +353,13 @@ impl<'a> Point<'a> {
         let mut sum = Rgb::BLACK;
         for cone in self.looks.cones() {
             let points = self.plan.strategy.points(sampler, cone.rays);
-            let mut brought = Rgb::BLACK;
-            for i in 0..cone.rays {
+            let (mut brought, mut rays) = (Rgb::BLACK, 0);
+            for i in self.part.rays(cone.rays) {
                 let w = cone.sample(points.point(i));
                 brought += self.gather_ray(w, self.s.frame.to_local(w), 0.0, &mut sampler.branch(i), tally);
+                rays += 1;
             }
-            self.walker.world.hints.note_look(cone, brought.luminance());
+            self.walker.world.hints.note_look(cone, rays, brought.luminance() / self.part.of as f32);
             sum += brought;
         }
         sum
@@ -291,9 +376,9 @@ impl<'a> Point<'a> {
         if f.is_black() || density <= 0.0 {
             return Rgb::BLACK;
         }
-        let samples = self.plan.shadow_rays as f32;
+        let samples = self.part.mean(self.plan.shadow_rays);
         let arrival = Arrival::Shared { from: self.receiver, rays: density, samples };
-        let worth = f.luminance() / density * self.worth;
+        let worth = f.luminance() / (density * self.part.of as f32) * self.worth;
         let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, worth };
         let value = f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density);
         tally.brought(value, f.luminance() * tally.straight / density);
@@ -304,10 +389,11 @@ impl<'a> Point<'a> {
     fn by_shadow_rays(&self, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         let (s, world) = (self.s, self.walker.world);
         let m = self.plan.shadow_rays;
+        let rays = self.part.mean(m);
         let shift = sampler.next1();
         let points = self.plan.strategy.points(sampler, m);
         let mut sum = Rgb::BLACK;
-        for i in 0..m {
+        for i in self.part.rays(m) {
             let u_pick = (i as f32 + shift) / m as f32;
             // Stride through the points so that each luminaire sees them well spread.
             let u = points.point(i);
@@ -322,11 +408,11 @@ impl<'a> Point<'a> {
             }
             // What no ray meets is all the shadow rays'.
             if l.met_by_rays {
-                f *= power_heuristic(m as f32 * l.pdf_solid_angle, self.density(l.wi, wi));
+                f *= power_heuristic(rays * l.pdf_solid_angle, self.density(l.wi, wi));
             }
             tally.rays += 1;
             if !l.is_occluded(world, s) {
-                sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * m as f32));
+                sum += f * l.radiance * (wi.z.abs() / (l.pdf_solid_angle * rays));
             }
         }
         sum

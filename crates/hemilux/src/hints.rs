@@ -269,9 +269,9 @@ impl Hints {
     }
 
     /// `rays` rays of a stratum brought `luminance`.
-    pub fn note_look(&self, cone: &LookCone, luminance: f32) {
+    pub fn note_look(&self, cone: &LookCone, rays: u32, luminance: f32) {
         let used = &self.list[cone.hint as usize].used;
-        used.rays.fetch_add(cone.rays as u64, Ordering::Relaxed);
+        used.rays.fetch_add(rays as u64, Ordering::Relaxed);
         used.brought.fetch_add((luminance.max(0.0) as f64 * self.unit) as u64, Ordering::Relaxed);
     }
 

@@ -9,7 +9,7 @@ use self::glances::Seen;
 use crate::adaptive::Rates;
 use crate::bsdf::Bsdf;
 use crate::film::{Film, Sample, Tile};
-use crate::gather::{GatherPlan, gather};
+use crate::gather::{GatherPlan, Gathered, Part, Strategy, gather, gather_part};
 use crate::residual::{Pair, Study, pairs, study};
 use crate::sampler::Sampler;
 use crate::transport::{Arrival, Residual, Start, Tally, Walker};
@@ -26,6 +26,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+
+/// Surfaces that a camera ray meets by mirrors and glass, beyond which gathers are judged together.
+const MOST_WHOLES: usize = 4;
 
 /// What is computed at visible points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -344,20 +347,14 @@ impl<'a> Renderer<'a> {
         let one = |pass: u32, tally: &mut Tally| {
             let mut sampler = Sampler::new(self.options.seed, pixel, pass);
             let (u_film, u_lens) = (sampler.next2(), sampler.next2());
-            let ray = self.lens.ray(x, y, u_film, u_lens);
-            let mut seen = Vec::new();
-            let (mut sample, shone) = self.parts(&ray, &mut sampler, Some(&mut seen), tally);
-            sample.radiance *= ray.weight;
-            sample.radiance += match self.options.mode {
-                Mode::Path | Mode::Zones => shone * ray.weight,
-                Mode::Zonal | Mode::Corrected => {
-                    let mut all = shone * ray.weight;
-                    for k in 1..glances::COUNT as u32 {
-                        let ray = self.lens.ray(x, y, glances::place(u_film, k), u_lens);
-                        all += self.glance(k, &ray, &mut sampler.branch(k), &mut seen, tally) * ray.weight;
-                    }
-                    all * (1.0 / glances::COUNT as f32) + glances::expected_more(&mut seen)
+            let mut sample = match self.options.mode {
+                Mode::Path | Mode::Zones => {
+                    let ray = self.lens.ray(x, y, u_film, u_lens);
+                    let mut sample = self.sample(&ray, &mut sampler, tally);
+                    sample.radiance *= ray.weight;
+                    sample
                 }
+                Mode::Zonal | Mode::Corrected => self.glances([x, y], u_film, u_lens, &mut sampler, tally),
             };
             sample.radiance *= self.world.scene.film.scale;
             sample
@@ -407,29 +404,10 @@ impl<'a> Renderer<'a> {
 
     /// One camera sample, unweighted.
     pub fn sample(&self, ray: &CameraRay, sampler: &mut Sampler, tally: &mut Tally) -> Sample {
-        let (mut sample, shone) = self.parts(ray, sampler, None, tally);
-        sample.radiance += shone;
-        sample
-    }
-
-    /// One camera sample, unweighted, and apart from it what shines by itself along the ray, straight or in mirrors and glass
-    /// (in mode `path` all in the sample). What it meets goes to `seen`, where that is asked for.
-    fn parts(
-        &self,
-        ray: &CameraRay,
-        sampler: &mut Sampler,
-        mut seen: Option<&mut Vec<Seen>>,
-        tally: &mut Tally,
-    ) -> (Sample, Rgb) {
-        let mut out = Sample::default();
         tally.rays += 1;
         let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
-        if let Some(s) = &first {
-            out.depth = Some(s.t);
-            out.normal = s.frame.n.to_array();
-            out.albedo = self.world.bsdf(s).albedo(s.frame.to_local(s.wo));
-        }
-        let mut shone = Rgb::BLACK;
+        let mut out = self.first_hit(first.as_ref());
+        let walker = self.walker();
         out.radiance = match self.options.mode {
             Mode::Path => {
                 let walker = Walker { max_depth: self.options.max_depth, ..Walker::path(self.world) };
@@ -438,7 +416,6 @@ impl<'a> Renderer<'a> {
                 walker.field_radiance_from(start, first, sampler, tally)
             }
             Mode::Zonal | Mode::Corrected | Mode::Zones => {
-                let walker = self.walker();
                 let mut gathered = Rgb::BLACK;
                 let mut scatters =
                     |s: &Surface, bsdf: &Bsdf, beta: Rgb, sampler: &mut Sampler, tally: &mut Tally| {
@@ -446,40 +423,87 @@ impl<'a> Renderer<'a> {
                             * match self.options.mode {
                                 Mode::Zones => self.zone_radiance(s),
                                 _ => {
-                                    if let Some(seen) = seen.as_deref_mut() {
-                                        seen.extend(self.seen(0, ray, s, bsdf, beta));
-                                    }
                                     let plan = self.options.plan.scaled(beta.max());
                                     gather(&walker, s, bsdf, &plan, sampler, tally)
                                 }
                             };
                     };
-                shone = self.specular_tree(ray, first, &mut scatters, sampler, tally);
-                gathered
+                let shone = self.specular_tree(ray, first, &mut scatters, sampler, tally);
+                gathered + shone
             }
         };
-        (out, shone)
+        out
+    }
+
+    /// What is known of a camera sample without looking for radiance.
+    fn first_hit(&self, first: Option<&Surface>) -> Sample {
+        let mut out = Sample::default();
+        if let Some(s) = first {
+            out.depth = Some(s.t);
+            out.normal = s.frame.n.to_array();
+            out.albedo = self.world.bsdf(s).albedo(s.frame.to_local(s.wo));
+        }
+        out
+    }
+
+    /// One weighted camera sample by glances ([`glances`]): all ask what shines, some gather, each a part of the rays.
+    fn glances(
+        &self,
+        [x, y]: [u32; 2],
+        u_film: [f32; 2],
+        u_lens: [f32; 2],
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Sample {
+        let walker = self.walker();
+        let report = matches!(self.options.plan.strategy, Strategy::Report(_));
+        let places = if report { 1 } else { glances::PLACES };
+        let turn = ((sampler.next1() * places as f32) as u32).min(places - 1);
+        let mut out = Sample::default();
+        let (mut shone, mut gathered) = (Rgb::BLACK, Rgb::BLACK);
+        let mut seen = Vec::new();
+        let mut wholes = [Gathered::default(); MOST_WHOLES];
+        for k in 0..glances::COUNT as u32 {
+            let ray = self.lens.ray(x, y, glances::place(u_film, k), u_lens);
+            tally.rays += 1;
+            let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
+            if k == 0 {
+                out = self.first_hit(first.as_ref());
+            }
+            let gathers = glances::gathers(k, places);
+            let part = Part { first: (k / (glances::COUNT as u32 / places) + turn) % places, of: places };
+            // All parts draw from the same points, so that their rays are spread over the hemisphere together.
+            let mut points = sampler.clone();
+            let mut count = 0;
+            let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, tally: &mut Tally| {
+                seen.extend(self.seen(k, &ray, s, bsdf, beta));
+                if !gathers {
+                    return;
+                }
+                let plan = self.options.plan.scaled(beta.max());
+                let radiance = if report {
+                    gather(&walker, s, bsdf, &plan, &mut points, tally)
+                } else {
+                    let part = gather_part(&walker, s, bsdf, &plan, part, &mut points, tally);
+                    let whole = &mut wholes[count.min(MOST_WHOLES - 1)];
+                    *whole = whole.with(part);
+                    part.whole
+                };
+                count += 1;
+                gathered += beta * radiance * ray.weight;
+            };
+            let mut branch = sampler.branch(k);
+            shone += self.specular_tree(&ray, first, &mut scatters, &mut branch, tally) * ray.weight;
+        }
+        wholes.iter().filter(|whole| whole.rays > 0).for_each(|whole| tally.judge(whole, places));
+        out.radiance = gathered * (1.0 / places as f32)
+            + shone * (1.0 / glances::COUNT as f32)
+            + glances::expected_more(&mut seen, places);
+        out
     }
 
     fn walker(&self) -> Walker<'_> {
         Walker { zones: self.zones, steer: self.steer, residual: self.residual, ..Walker::path(self.world) }
-    }
-
-    /// What shines by itself along `ray`, straight or in mirrors and glass; the surfaces that it meets go to `seen`.
-    fn glance(
-        &self,
-        k: u32,
-        ray: &CameraRay,
-        sampler: &mut Sampler,
-        seen: &mut Vec<Seen>,
-        tally: &mut Tally,
-    ) -> Rgb {
-        tally.rays += 1;
-        let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
-        let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, _: &mut Tally| {
-            seen.extend(self.seen(k, ray, s, bsdf, beta));
-        };
-        self.specular_tree(ray, first, &mut scatters, sampler, tally)
     }
 
     /// What glance `k` expects where it meets `s`.

@@ -14,6 +14,7 @@
 mod correction;
 
 use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::gather::Gathered;
 use crate::guide::{Guide, Next, images};
 use crate::images::{Chain, Origin};
 use crate::sampler::Sampler;
@@ -70,19 +71,26 @@ impl Tally {
         self.samples += 1;
     }
 
-    /// The present gather is over: `by_rays` came by gather rays, `whole` in all. Were the strata perfect, every ray would
+    /// A gather or a part of one is over: `by_rays` came by gather rays, `whole` in all.
+    pub(crate) fn gathered_by(&mut self, by_rays: Rgb, whole: Rgb) -> Gathered {
+        let (largest, rays, scattered) = (self.largest, self.gather_rays, self.scattered_now);
+        (self.largest, self.gather_rays, self.scattered_now) = (0.0, 0, 0.0);
+        Gathered { whole, by_rays, largest, rays, scattered }
+    }
+
+    /// Count a gather, the sum of `parts`. Were the strata perfect, every ray would
     /// bring the same; what one brings beyond [`SURPRISING`] times the mean came from where they expected less than a tenth
     /// of what there was, and counts as surprise.
-    pub(crate) fn judge(&mut self, by_rays: Rgb, whole: Rgb) {
-        let (sum, whole) = (by_rays.luminance(), whole.luminance());
+    pub(crate) fn judge(&mut self, gathered: &Gathered, parts: u32) {
+        let (sum, whole) = (gathered.by_rays.luminance(), gathered.whole.luminance());
+        let each = 1.0 / parts as f64;
         if whole.is_finite() {
-            self.gathered += whole as f64;
-            self.scattered += self.scattered_now;
-            if self.largest * self.gather_rays as f32 > SURPRISING * sum {
-                self.surprise += self.largest as f64;
+            self.gathered += whole as f64 * each;
+            self.scattered += gathered.scattered * each;
+            if gathered.largest * gathered.rays as f32 > SURPRISING * sum {
+                self.surprise += gathered.largest as f64 * each;
             }
         }
-        (self.largest, self.gather_rays, self.scattered_now) = (0.0, 0, 0.0);
     }
 
     fn note(&mut self, in_chain: bool, later: bool, met: Rgb) {

@@ -2,6 +2,7 @@
 
 mod common;
 use common::*;
+use hemilux::gather::{Part, gather_part};
 use hemilux::sampler::Sampler;
 use hemilux::sensor::sensor_surface;
 use hemilux::transport::{Tally, Walker};
@@ -52,6 +53,45 @@ fn a_shrinking_lamp_in_a_flat_mirror() {
             assert!((blind.0 - part(1.0)).abs() < 0.01 * truth, "{blind:?}");
         }
     }
+}
+
+/// Each of the places that share a gather's rays is an unbiased gather of its own, as long as none is always dealt the same rays;
+/// together they are as good as a whole gather.
+#[test]
+fn parts_of_a_gather_keep_the_mean() {
+    let mut scene = empty();
+    let (black, shiny) = (diffuse(&mut scene, 0.0), mirror(&mut scene, 1.0));
+    let radius = 0.01;
+    let radiance = 100.0 / (4.0 * PI * PI * radius * radius);
+    sphere(&mut scene, [1.0, 0.0, 2.0], radius, false, black, emission(radiance as f32));
+    quad(&mut scene, [2.0, -3.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 5.0], shiny, None);
+    quad(&mut scene, [-1.0, -1.5, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], black, None);
+    let world = World::new(scene);
+    let zones = solve(&world);
+    let at = |x: f64| 100.0 / (4.0 * PI) * 2.0 / (x * x + 4.0f64).powf(1.5);
+    let truth = at(1.0) + at(3.0);
+    let walker = Walker { zones: Some(&zones), ..Walker::path(&world) };
+    let white = hemilux::bsdf::Bsdf::diffuse(Rgb::WHITE);
+    let surface = sensor_surface(Vec3::new(0.0, 0.0, 1e-5), Vec3::Z);
+    // Neither the rays nor the shadow rays of this plan go up in four parts.
+    let plan = hemilux::gather::GatherPlan { rays: 10, shadow_rays: 3, ..PLAN };
+    let part = |first: u32, of: u32, i: u32| {
+        let mut sampler = Sampler::new(17, i as u64, 0);
+        let part = Part { first, of };
+        let l =
+            gather_part(&walker, &surface, &white, &plan, part, &mut sampler, &mut Tally::default()).whole;
+        PI * l[1] as f64
+    };
+    let of = 4;
+    let dealt = |i: u32| (hemiquad::points::Key::new(3).with(i as u64).uniform(0) * of as f32) as u32;
+    assert_is("one part", statistics(8000, |i| part(dealt(i), of, i)), truth, at(1.0));
+    let all = |i: u32| (0..of).map(|k| part((k + dealt(i)) % of, of, i)).sum::<f64>() / of as f64;
+    let (all, whole) = (statistics(4000, all), statistics(4000, |i| part(0, 1, i)));
+    assert_is("all parts", all, truth, at(1.0));
+    assert!(all.1 < 1.2 * whole.1, "parts {all:?}, whole {whole:?}");
+    // Negative control: always the last of four has fewer rays than its share.
+    let last = statistics(8000, |i| part(of - 1, of, i));
+    assert!(z(last, truth).abs() > 2.0 * Z_LIMIT, "the fake passes: {last:?} for {truth}");
 }
 
 /// Curved mirrors and glass: the records change the noise, not the mean. Against broad strata with many more rays.

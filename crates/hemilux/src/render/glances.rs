@@ -17,6 +17,8 @@ use hemilux_scene::geom::Vec3;
 
 /// Camera rays of a sample.
 pub const COUNT: usize = 8;
+/// How many of them gather, each with its part of the rays. Divides [`COUNT`].
+pub const PLACES: u32 = 2;
 /// Steps from one to the next on the unit torus, in units of 1 / COUNT.
 const STEP: [u32; 2] = [1, 3];
 /// More surfaces than this in a sample do not share.
@@ -62,8 +64,13 @@ pub fn place(u: [f32; 2], k: u32) -> [f32; 2] {
     [0, 1].map(|i: usize| (u[i] + (k * STEP[i] % n) as f32 / n as f32).fract())
 }
 
-/// What is expected of the mean of all glances, less what is expected of glance 0.
-pub fn expected_more(seen: &mut [Seen]) -> Rgb {
+/// Whether glance `k` gathers where `places` of them do. Any of the ways to choose them is as likely as another, for they are a lattice too.
+pub fn gathers(k: u32, places: u32) -> bool {
+    k.is_multiple_of(COUNT as u32 / places)
+}
+
+/// What is expected of the mean of all glances, less what is expected of the mean of the `places` that gather.
+pub fn expected_more(seen: &mut [Seen], places: u32) -> Rgb {
     share(seen);
     let mut each = [Rgb::BLACK; COUNT];
     for s in seen.iter() {
@@ -78,8 +85,9 @@ pub fn expected_more(seen: &mut [Seen]) -> Rgb {
         }
     }
     // By differences, so that glances that see the same leave exactly nothing.
-    let more = each.iter().fold(Rgb::BLACK, |sum, e| sum + (*e - each[0]));
-    more * (1.0 / COUNT as f32)
+    let (all, there) = (1.0 / COUNT as f32, 1.0 / places as f32);
+    let weight = |k: u32| if gathers(k, places) { all - there } else { all };
+    (1..COUNT as u32).fold(Rgb::BLACK, |sum, k| sum + (each[k as usize] - each[0]) * weight(k))
 }
 
 /// Give all that lie in one plane, each beside another, the mean of their irradiances.
@@ -166,8 +174,10 @@ mod tests {
             let all = |expected: &dyn Fn(&mut [Seen]) -> Rgb| {
                 (0..COUNT as u32).fold(Rgb::BLACK, |sum, j| sum + expected(&mut from(j, &seen)))
             };
-            let sum = all(&expected_more);
-            assert!(sum.0.iter().all(|v| v.abs() < 2e-5), "{sum:?}");
+            for places in [1, 2, 4, 8] {
+                let sum = all(&|seen| expected_more(seen, places));
+                assert!(sum.0.iter().all(|v| v.abs() < 2e-5), "{sum:?}");
+            }
             // The fake: everything shares what the gathering glance expects.
             let fake = all(&|seen| {
                 let first = seen[0].irradiance;

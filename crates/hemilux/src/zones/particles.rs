@@ -24,6 +24,8 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// What scatters at a bright zone survives at least this probably.
+const BRIGHT_SURVIVE: f32 = 0.5;
 /// Particles that are traced as one unit of work.
 const CHUNK: u64 = 2048;
 /// Longest life of a particle, in scatterings.
@@ -355,7 +357,10 @@ impl Deposits {
             };
             let scattered = flux * b.weight * correction;
             let before = flux.luminance().max(1e-30);
-            let survive = (scattered.luminance() / before).min(1.0);
+            // Bright zones are sources however little they reflect: without records their images are met by chance only.
+            let left = (scattered.luminance() / before).min(1.0);
+            let shines = || here.is_some_and(|place| self.bright.of(place.zone * 2 + place.side).is_some());
+            let survive = if !b.delta && left > 0.0 && shines() { left.max(BRIGHT_SURVIVE) } else { left };
             if survive < 1.0 && numbers.uniform(next(1)) >= survive {
                 add(&mut ledger.absorbed, flux);
                 return trial;
@@ -370,7 +375,7 @@ impl Deposits {
                 bounce += 1;
                 chain = false;
                 source = match here {
-                    Some(place) => self.zone_source(map, &place, &b, survive),
+                    Some(place) => self.zone_source(map, &place, &b, left),
                     None => Source::none(),
                 };
             }

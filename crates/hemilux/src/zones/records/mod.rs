@@ -14,6 +14,7 @@ mod exact;
 mod expected;
 mod flat;
 mod model;
+mod outlook;
 mod pick;
 mod view;
 
@@ -28,6 +29,7 @@ use super::wire::{Wire, wire};
 use hemilux_scene::geom::Vec3;
 use hemiquad::map::{Dir, Map, Sphere, Uv};
 use model::{Linear, Signature};
+use outlook::Outlook;
 use pick::Picks;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -215,9 +217,10 @@ impl Records {
         let (kd, groups) = Kd::new(&mut records, small);
         all.kd = kd;
         let this = &all;
+        let outlook = Outlook::new(&all.signatures);
         let found: Vec<(Found, f32)> = (0..groups.len())
             .into_par_iter()
-            .map_init(|| Nearby::new(this.signatures.len()), |near, i| this.leaf(&groups, i, near))
+            .map_init(|| Nearby::new(this.signatures.len()), |near, i| this.leaf(&groups, i, &outlook, near))
             .collect();
         for (leaf, grain) in found {
             for (mut candidate, linear) in leaf {
@@ -269,7 +272,7 @@ impl Records {
 
     /// What matters in leaf `i`: every signature recorded in it or around it, and those that must be visible from it; and its
     /// grain.
-    fn leaf(&self, groups: &[Group<Record>], i: usize, near: &mut Nearby) -> (Found, f32) {
+    fn leaf(&self, groups: &[Group<Record>], i: usize, outlook: &Outlook, near: &mut Nearby) -> (Found, f32) {
         let Group { members, low, high } = groups[i];
         let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
         near.collect(&self.kd, groups, i);
@@ -294,7 +297,7 @@ impl Records {
         self.regressions(&mut found, groups, i, near);
         let mut names: Vec<u32> = found.iter().map(|f| f.0.signature).collect();
         names.sort_unstable();
-        self.unrecorded(&mut found, &names, centre, radius, members[0].n);
+        self.unrecorded(outlook, &mut found, &names, centre, radius, members[0].n);
         let key = |f: &(Candidate, Option<Linear>)| (f.0.share, f.0.signature);
         found.sort_by(|a, b| key(b).0.total_cmp(&key(a).0).then(key(a).1.cmp(&key(b).1)));
         found.truncate(LISTED);
@@ -348,7 +351,15 @@ impl Records {
 
     /// Add the signatures that the places of their images and patches make visible from around `centre`, those that promise
     /// most first, as far as there is room.
-    fn unrecorded(&self, found: &mut Found, known: &[u32], centre: Vec3, radius: f32, n: Vec3) {
+    fn unrecorded(
+        &self,
+        outlook: &Outlook,
+        found: &mut Found,
+        known: &[u32],
+        centre: Vec3,
+        radius: f32,
+        n: Vec3,
+    ) {
         let room = ROOM.saturating_sub(found.len());
         if room == 0 {
             return;
@@ -359,11 +370,10 @@ impl Records {
             signature.strength * signature.places[c.best as usize].sin2(centre)
         };
         let mut more: Vec<Candidate> = Vec::new();
-        for (name, signature) in self.signatures.iter().enumerate() {
+        for name in outlook.visible_from(centre, radius, n) {
             let name = name as u32;
-            if signature.is_visible_from(centre, radius, n)
-                && !signature.is_missed_from(centre, radius)
-                && known.binary_search(&name).is_err()
+            if known.binary_search(&name).is_err()
+                && !self.signatures[name as usize].is_missed_from(centre, radius)
             {
                 more.push(self.candidate(name, share, centre));
             }

@@ -268,25 +268,6 @@ impl Signature {
         self.places.iter().all(|p| p.radius.is_finite())
     }
 
-    /// Whether image and patches are known well enough to tell that the image is seen from somewhere within `radius` of
-    /// `x` on a surface that faces unit `n`.
-    pub fn is_visible_from(&self, x: Vec3, radius: f32, n: Vec3) -> bool {
-        let [image, last, before] = &self.places;
-        let window = if last.radius <= before.radius { last } else { before };
-        let (to_image, to_window) = (image.centre - x, window.centre - x);
-        let (far, near) = (to_image.length(), to_window.length());
-        // Beyond the window, and neither so wide that it could be anywhere.
-        if !(near > 1.5 * (window.radius + radius) && far > 1.5 * (image.radius + radius) && far > near) {
-            return false;
-        }
-        let to_window = to_window / near;
-        if to_window.dot(n) <= 0.0 {
-            return false;
-        }
-        let apart = (to_image / far - to_window).length();
-        apart < (window.radius + radius) / near + (image.radius + radius) / far
-    }
-
     /// Whether it is known that the image is not seen from anywhere within `radius` of `x`: some patch of the chain lies
     /// beside every ray to it.
     pub fn is_missed_from(&self, x: Vec3, radius: f32) -> bool {
