@@ -30,6 +30,9 @@ use std::time::{Duration, Instant};
 /// Surfaces that a camera ray meets by mirrors and glass, beyond which gathers are judged together.
 const MOST_WHOLES: usize = 4;
 
+/// Images listed in a neighbourhood, beyond which one place of a pixel gathers and not two.
+const CROWDED: usize = 256;
+
 /// What is computed at visible points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -455,14 +458,11 @@ impl<'a> Renderer<'a> {
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Sample {
-        let walker = self.walker();
         let report = matches!(self.options.plan.strategy, Strategy::Report(_));
-        let places = if report { 1 } else { glances::PLACES };
-        let turn = ((sampler.next1() * places as f32) as u32).min(places - 1);
+        let most = if report { 1 } else { glances::PLACES };
         let mut out = Sample::default();
-        let (mut shone, mut gathered) = (Rgb::BLACK, Rgb::BLACK);
-        let mut seen = Vec::new();
-        let mut wholes = [Gathered::default(); MOST_WHOLES];
+        let mut shone = Rgb::BLACK;
+        let (mut seen, mut found) = (Vec::new(), Vec::new());
         for k in 0..glances::COUNT as u32 {
             let ray = self.lens.ray(x, y, glances::place(u_film, k), u_lens);
             tally.rays += 1;
@@ -470,36 +470,52 @@ impl<'a> Renderer<'a> {
             if k == 0 {
                 out = self.first_hit(first.as_ref());
             }
-            let gathers = glances::gathers(k, places);
-            let part = Part { first: (k / (glances::COUNT as u32 / places) + turn) % places, of: places };
-            // All parts draw from the same points, so that their rays are spread over the hemisphere together.
-            let mut points = sampler.clone();
-            let mut count = 0;
-            let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, tally: &mut Tally| {
+            let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, _: &mut Tally| {
                 seen.extend(self.seen(k, &ray, s, bsdf, beta));
-                if !gathers {
-                    return;
+                if glances::gathers(k, most) {
+                    found.push((k, *s, *bsdf, beta, ray.weight));
                 }
-                let plan = self.options.plan.scaled(beta.max());
-                let radiance = if report {
-                    gather(&walker, s, bsdf, &plan, &mut points, tally)
-                } else {
-                    let part = gather_part(&walker, s, bsdf, &plan, part, &mut points, tally);
-                    let whole = &mut wholes[count.min(MOST_WHOLES - 1)];
-                    *whole = whole.with(part);
-                    part.whole
-                };
-                count += 1;
-                gathered += beta * radiance * ray.weight;
             };
             let mut branch = sampler.branch(k);
             shone += self.specular_tree(&ray, first, &mut scatters, &mut branch, tally) * ray.weight;
+        }
+        let places = if glances::differ(&seen, most) || !self.is_crowded(&seen, most) { most } else { 1 };
+        let turn = ((sampler.next1() * places as f32) as u32).min(places - 1);
+        let walker = self.walker();
+        let mut gathered = Rgb::BLACK;
+        let mut wholes = [Gathered::default(); MOST_WHOLES];
+        // All parts draw from the same points, so that their rays are spread over the hemisphere together.
+        let (mut points, mut at) = (sampler.clone(), (0, 0));
+        for (k, s, bsdf, beta, weight) in found.iter().filter(|f| glances::gathers(f.0, places)) {
+            if at.0 != *k {
+                (points, at) = (sampler.clone(), (*k, 0));
+            }
+            let plan = self.options.plan.scaled(beta.max());
+            let radiance = if report {
+                gather(&walker, s, bsdf, &plan, &mut points, tally)
+            } else {
+                let part = Part { first: (k / (glances::COUNT as u32 / places) + turn) % places, of: places };
+                let part = gather_part(&walker, s, bsdf, &plan, part, &mut points, tally);
+                let whole = &mut wholes[at.1.min(MOST_WHOLES - 1)];
+                *whole = whole.with(part);
+                part.whole
+            };
+            at.1 += 1;
+            gathered += *beta * radiance * *weight;
         }
         wholes.iter().filter(|whole| whole.rays > 0).for_each(|whole| tally.judge(whole, places));
         out.radiance = gathered * (1.0 / places as f32)
             + shone * (1.0 / glances::COUNT as f32)
             + glances::expected_more(&mut seen, places);
         out
+    }
+
+    /// Whether so many images are listed where one of the `places` would gather that pointing their cones at a second place costs more than it
+    /// brings.
+    fn is_crowded(&self, seen: &[Seen], places: u32) -> bool {
+        let Some(zones) = self.walker().guide() else { return false };
+        let listed = |s: &Seen| zones.records().listed(s.p, s.n);
+        seen.iter().filter(|s| glances::gathers(s.glance, places)).any(|s| listed(s) > CROWDED)
     }
 
     fn walker(&self) -> Walker<'_> {

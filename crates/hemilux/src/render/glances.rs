@@ -1,14 +1,14 @@
-//! Glances: camera rays beside the one that gathers, which know at little cost what a pixel spans.
+//! Glances: camera rays beside those that gather, which know at little cost what a pixel spans.
 //!
 //! A pixel on an edge, or on a texture, varies more than its gathers are noisy. So a camera sample takes [`COUNT`] rays. All of them
 //! ask what shines, and what is *expected* of the surfaces they meet: diffuse albedo times [broad irradiance](crate::zones::broad).
-//! One of them gathers. The sample is the mean of what is expected, plus what was gathered less what was expected there: a control
-//! variate, so its mean does not depend on what is expected, whatever that is.
+//! [`PLACES`] of them gather, each a part of one gather's rays ([`crate::gather::Part`]). The sample is the mean of what is expected, plus what was
+//! gathered less what was expected there: a control variate, so its mean does not depend on what is expected, whatever that is.
 //!
 //! Surfaces that several rays meet close together in one plane share one expected irradiance, the mean of theirs: steps
 //! between boxes of the broad irradiance do not show, and only albedo differs. What is expected of one ray thus depends on the others. That
-//! is no bias as long as, given all rays, the one that gathers is any of them with equal probability. So it is on
-//! a lattice shifted by a uniform point, which looks the same from each of its points.
+//! is no bias as long as, given all rays, those that gather are any of the ways to choose them with equal probability. So it is on
+//! a lattice shifted by a uniform point, which looks the same from each of its points; those that gather are a lattice within it.
 //!
 //! Invariant: [`expected_more`] of the same surfaces, with each glance in turn as the one that gathers, sums to nothing.
 
@@ -67,6 +67,15 @@ pub fn place(u: [f32; 2], k: u32) -> [f32; 2] {
 /// Whether glance `k` gathers where `places` of them do. Any of the ways to choose them is as likely as another, for they are a lattice too.
 pub fn gathers(k: u32, places: u32) -> bool {
     k.is_multiple_of(COUNT as u32 / places)
+}
+
+/// Whether those of the glances that would gather in `places` places do not see the same surfaces, close together in one plane each. The same from
+/// each of them, so gathering in fewer places where they do not differ moves no mean.
+pub fn differ(seen: &[Seen], places: u32) -> bool {
+    let of = |k: u32| seen.iter().filter(move |s| s.glance == k);
+    (0..COUNT as u32)
+        .filter(|k| *k > 0 && gathers(*k, places))
+        .any(|k| of(0).count() != of(k).count() || !of(0).zip(of(k)).all(|(a, b)| a.is_beside(b)))
 }
 
 /// What is expected of the mean of all glances, less what is expected of the mean of the `places` that gather.
@@ -189,6 +198,32 @@ mod tests {
             });
             assert!(fake.0.iter().any(|v| v.abs() > 1e-3), "the fake passes: {fake:?}");
         }
+    }
+
+    /// Gathering in one place where two would see the same. The fake asks whether the surface at one of them alone is near something.
+    #[test]
+    fn fewer_places_change_no_mean() {
+        let mut counts = [0; 2];
+        let mut worst = [0f32; 2];
+        for seed in 0..200 {
+            let seen = surfaces(Key::new(seed));
+            let sum = |differ: &mut dyn FnMut(&[Seen]) -> bool| {
+                (0..COUNT as u32).fold(Rgb::BLACK, |sum, j| {
+                    let mut seen = from(j, &seen);
+                    let places = if differ(&seen) { 2 } else { 1 };
+                    sum + expected_more(&mut seen, places)
+                })
+            };
+            let right = sum(&mut |seen| {
+                counts[differ(seen, 2) as usize] += 1;
+                differ(seen, 2)
+            });
+            let fake = sum(&mut |seen| seen[0].p.x > 0.5);
+            let most = |v: Rgb| v.0.iter().fold(0f32, |m, v| m.max(v.abs()));
+            worst = [worst[0].max(most(right)), worst[1].max(most(fake))];
+        }
+        assert!(counts.iter().all(|c| *c > 50), "{counts:?}");
+        assert!(worst[0] < 2e-5 && worst[1] > 1e-2, "{worst:?}");
     }
 
     #[test]
