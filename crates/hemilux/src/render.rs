@@ -503,7 +503,7 @@ impl<'a> Renderer<'a> {
             at.1 += 1;
             gathered += *beta * radiance * *weight;
         }
-        wholes.iter().filter(|whole| whole.rays > 0).for_each(|whole| tally.judge(whole, places));
+        wholes.iter().for_each(|whole| tally.judge(whole, places));
         out.radiance = gathered * (1.0 / places as f32)
             + shone * (1.0 / glances::COUNT as f32)
             + glances::expected_more(&mut seen, places);

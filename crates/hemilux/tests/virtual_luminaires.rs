@@ -29,28 +29,31 @@ fn solve(world: &World) -> Zones {
     Zones::solve(world, &ZoneOptions { budget: 1000, particles: 1 << 19, seed: 3 })
 }
 
+/// A lamp of `radius` and 100 W beside a flat mirror over a black floor, with the irradiance (W/m²) at the origin of the floor by lamp and by image,
+/// at (1, 0, 2) and (3, 0, 2): Φ cos θ / (4 π d²) each.
+fn lamp_by_a_mirror(radius: f64) -> (World, [f64; 2]) {
+    let mut scene = empty();
+    let (black, shiny) = (diffuse(&mut scene, 0.0), mirror(&mut scene, 1.0));
+    let radiance = 100.0 / (4.0 * PI * PI * radius * radius);
+    sphere(&mut scene, [1.0, 0.0, 2.0], radius, false, black, emission(radiance as f32));
+    quad(&mut scene, [2.0, -3.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 5.0], shiny, None);
+    quad(&mut scene, [-1.0, -1.5, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], black, None);
+    (World::new(scene), [1.0, 3.0].map(|x: f64| 100.0 / (4.0 * PI) * 2.0 / (x * x + 4.0).powf(1.5)))
+}
+
 /// The image method: a lamp beside a flat mirror over a black floor, from 30 cm to 1 mm. The noise does not grow.
 #[test]
 fn a_shrinking_lamp_in_a_flat_mirror() {
     for radius in [0.3, 0.03, 1e-3] {
-        let mut scene = empty();
-        let (black, shiny) = (diffuse(&mut scene, 0.0), mirror(&mut scene, 1.0));
-        let radiance = 100.0 / (4.0 * PI * PI * radius * radius);
-        sphere(&mut scene, [1.0, 0.0, 2.0], radius, false, black, emission(radiance as f32));
-        quad(&mut scene, [2.0, -3.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 5.0], shiny, None);
-        quad(&mut scene, [-1.0, -1.5, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], black, None);
-        let world = World::new(scene);
-        let zones = solve(&world);
-        // Lamp at (1, 0, 2) and image at (3, 0, 2), seen from the origin: Φ cos θ / (4 π d²) each.
-        let part = |x: f64| 100.0 / (4.0 * PI) * 2.0 / (x * x + 4.0f64).powf(1.5);
-        let truth = part(1.0) + part(3.0);
+        let (world, [direct, image]) = lamp_by_a_mirror(radius);
+        let (zones, truth) = (solve(&world), direct + image);
         let e = floor_irradiance(&world, Some(&zones), [0.0, 0.0], 4000);
-        assert_is(&format!("lamp of {radius} m"), e, truth, part(1.0));
+        assert_is(&format!("lamp of {radius} m"), e, truth, direct);
         assert!(e.1 < 0.004 * truth, "lamp of {radius} m: noise {} of {truth}", e.1);
         if radius < 0.01 {
             // Negative control: broad strata alone miss an image of 8e-8 of the hemisphere.
             let blind = floor_irradiance(&world, None, [0.0, 0.0], 400);
-            assert!((blind.0 - part(1.0)).abs() < 0.01 * truth, "{blind:?}");
+            assert!((blind.0 - direct).abs() < 0.01 * truth, "{blind:?}");
         }
     }
 }
@@ -59,17 +62,8 @@ fn a_shrinking_lamp_in_a_flat_mirror() {
 /// together they are as good as a whole gather.
 #[test]
 fn parts_of_a_gather_keep_the_mean() {
-    let mut scene = empty();
-    let (black, shiny) = (diffuse(&mut scene, 0.0), mirror(&mut scene, 1.0));
-    let radius = 0.01;
-    let radiance = 100.0 / (4.0 * PI * PI * radius * radius);
-    sphere(&mut scene, [1.0, 0.0, 2.0], radius, false, black, emission(radiance as f32));
-    quad(&mut scene, [2.0, -3.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 5.0], shiny, None);
-    quad(&mut scene, [-1.0, -1.5, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], black, None);
-    let world = World::new(scene);
-    let zones = solve(&world);
-    let at = |x: f64| 100.0 / (4.0 * PI) * 2.0 / (x * x + 4.0f64).powf(1.5);
-    let truth = at(1.0) + at(3.0);
+    let (world, [direct, image]) = lamp_by_a_mirror(0.01);
+    let (zones, truth) = (solve(&world), direct + image);
     let walker = Walker { zones: Some(&zones), ..Walker::path(&world) };
     let white = hemilux::bsdf::Bsdf::diffuse(Rgb::WHITE);
     let surface = sensor_surface(Vec3::new(0.0, 0.0, 1e-5), Vec3::Z);
@@ -84,10 +78,10 @@ fn parts_of_a_gather_keep_the_mean() {
     };
     let of = 4;
     let dealt = |i: u32| (hemiquad::points::Key::new(3).with(i as u64).uniform(0) * of as f32) as u32;
-    assert_is("one part", statistics(8000, |i| part(dealt(i), of, i)), truth, at(1.0));
+    assert_is("one part", statistics(8000, |i| part(dealt(i), of, i)), truth, direct);
     let all = |i: u32| (0..of).map(|k| part((k + dealt(i)) % of, of, i)).sum::<f64>() / of as f64;
     let (all, whole) = (statistics(4000, all), statistics(4000, |i| part(0, 1, i)));
-    assert_is("all parts", all, truth, at(1.0));
+    assert_is("all parts", all, truth, direct);
     assert!(all.1 < 1.2 * whole.1, "parts {all:?}, whole {whole:?}");
     // Negative control: always the last of four has fewer rays than its share.
     let last = statistics(8000, |i| part(of - 1, of, i));

@@ -10,7 +10,7 @@
 //! is no bias as long as, given all rays, those that gather are any of the ways to choose them with equal probability. So it is on
 //! a lattice shifted by a uniform point, which looks the same from each of its points; those that gather are a lattice within it.
 //!
-//! Invariant: [`expected_more`] of the same surfaces, with each glance in turn as the one that gathers, sums to nothing.
+//! Invariant: [`expected_more`] of the same surfaces, with each glance in turn as the first, sums to nothing.
 
 use hemilux_scene::Rgb;
 use hemilux_scene::geom::Vec3;
