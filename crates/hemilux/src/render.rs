@@ -472,14 +472,18 @@ impl<'a> Renderer<'a> {
             }
             let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, _: &mut Tally| {
                 seen.extend(self.seen(k, &ray, s, bsdf, beta));
-                if glances::gathers(k, most) {
+                if !report || k == 0 {
                     found.push((k, *s, *bsdf, beta, ray.weight));
                 }
             };
             let mut branch = sampler.branch(k);
             shone += self.specular_tree(&ray, first, &mut scatters, &mut branch, tally) * ray.weight;
         }
-        let places = if glances::differ(&seen, most) || !self.is_crowded(&seen, most) { most } else { 1 };
+        let places = match glances::differ(&seen, most) || !self.is_crowded(&seen, most) {
+            true if !report && glances::are_steep(&mut seen) => glances::COUNT as u32,
+            true => most,
+            false => 1,
+        };
         let turn = ((sampler.next1() * places as f32) as u32).min(places - 1);
         let walker = self.walker();
         let mut gathered = Rgb::BLACK;

@@ -78,17 +78,35 @@ pub fn differ(seen: &[Seen], places: u32) -> bool {
         .any(|k| of(0).count() != of(k).count() || !of(0).zip(of(k)).all(|(a, b)| a.is_beside(b)))
 }
 
-/// What is expected of the mean of all glances, less what is expected of the mean of the `places` that gather.
-pub fn expected_more(seen: &mut [Seen], places: u32) -> Rgb {
+/// What each glance expects; `seen` share it afterwards.
+fn expected(seen: &mut [Seen]) -> [Rgb; COUNT] {
     share(seen);
     let mut each = [Rgb::BLACK; COUNT];
     for s in seen.iter() {
         each[s.glance as usize] += s.weight * s.irradiance;
     }
+    each
+}
+
+/// The least that one of them expects, of those that expect anything.
+fn least(each: &[Rgb; COUNT]) -> f32 {
+    each.iter().map(|e| e.luminance()).filter(|l| *l > 0.0).fold(f32::INFINITY, f32::min)
+}
+
+/// Whether one of the glances expects so much more than another that [`expected_more`] does not believe it: a few places would tell little of such a
+/// pixel. The same from each of them.
+pub fn are_steep(seen: &mut [Seen]) -> bool {
+    let each = expected(seen);
+    let most = STEEPEST * least(&each);
+    each.iter().any(|e| e.luminance() > most)
+}
+
+/// What is expected of the mean of all glances, less what is expected of the mean of the `places` that gather.
+pub fn expected_more(seen: &mut [Seen], places: u32) -> Rgb {
+    let mut each = expected(seen);
     // Beside a shadow's edge a zone may promise many times what is there.
-    let least = each.iter().map(|e| e.luminance()).filter(|l| *l > 0.0).fold(f32::INFINITY, f32::min);
+    let most = STEEPEST * least(&each);
     for e in &mut each {
-        let most = STEEPEST * least;
         if e.luminance() > most {
             *e *= most / e.luminance();
         }
@@ -200,11 +218,12 @@ mod tests {
         }
     }
 
-    /// Gathering in one place where two would see the same. The fake asks whether the surface at one of them alone is near something.
+    /// Gathering in one place where two would see the same, or in all where they are steep. The fake asks whether the surface at one of them alone is near something.
     #[test]
     fn fewer_places_change_no_mean() {
         let mut counts = [0; 2];
         let mut worst = [0f32; 2];
+        let mut all_steep = 0;
         for seed in 0..200 {
             let seen = surfaces(Key::new(seed));
             let sum = |differ: &mut dyn FnMut(&[Seen]) -> bool| {
@@ -218,11 +237,18 @@ mod tests {
                 counts[differ(seen, 2) as usize] += 1;
                 differ(seen, 2)
             });
+            let steep = (0..COUNT as u32).fold(Rgb::BLACK, |sum, j| {
+                let mut seen = from(j, &seen);
+                let places = if are_steep(&mut seen.clone()) { COUNT as u32 } else { 2 };
+                all_steep += (places != 2) as u32;
+                sum + expected_more(&mut seen, places)
+            });
             let fake = sum(&mut |seen| seen[0].p.x > 0.5);
             let most = |v: Rgb| v.0.iter().fold(0f32, |m, v| m.max(v.abs()));
-            worst = [worst[0].max(most(right)), worst[1].max(most(fake))];
+            worst = [worst[0].max(most(right)).max(most(steep)), worst[1].max(most(fake))];
         }
         assert!(counts.iter().all(|c| *c > 50), "{counts:?}");
+        assert!((50..1550).contains(&all_steep), "{all_steep}");
         assert!(worst[0] < 2e-5 && worst[1] > 1e-2, "{worst:?}");
     }
 
