@@ -4,8 +4,8 @@
 //! luminaire weighted by the power heuristic (Veach and Guibas 1995), ended by Russian roulette: unbiased.
 //! With zones a walk ends at the first vertex that scatters diffusely and lies farther than about two zone radii: there
 //! the diffuse part of the surface radiance is the zone's, and only narrower lobes go on. **Biased by the zones.**
-//! A vertex closer than that does not trust its zone: it takes the zone's caustic bin, samples luminaires, and goes on
-//! for a bounce.
+//! A vertex closer than that does not trust its zone: it takes the zone's caustic bin (from luminaires, and from bright zones), samples
+//! luminaires, and goes on for a bounce, which counts neither where it comes to them by mirrors and glass.
 //! With a [`Residual`] the bias goes: at a vertex that ends on a zone the walk goes on as a path with probability q, and
 //! (path − zone) / q is added, whose expectation is what the zone gets wrong; a vertex that does not trust its zone takes
 //! nothing from it. Unbiased for the whole light transport, whatever the zones are. Paths that light particles can lead (a
@@ -261,8 +261,8 @@ impl<'a> Walker<'a> {
         let Start { mut origin, mut dir, mut arrival, mut depth, .. } = start;
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
-        // What a luminaire counts, per band, once the ray has passed a mirror or glass: all of it, unless a zone's
-        // caustic bin holds the same.
+        // What a luminaire or a bright zone counts, per band, once the ray has passed a mirror or glass: all of it, unless a
+        // zone's caustic bin holds the same.
         let mut after_chain = Rgb::WHITE;
         let mut in_chain = false;
         // Since the walk last scattered.
@@ -305,6 +305,12 @@ impl<'a> Walker<'a> {
             }
             let bsdf = self.world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
+            if in_chain && after_chain != Rgb::WHITE && self.is_bright(&s, &bsdf) {
+                beta *= after_chain;
+                if beta.is_black() {
+                    break;
+                }
+            }
             let (zonal, going_on) =
                 self.end_on_zone(&s, &bsdf, wo, travelled, depth, start.worth * beta.max(), sampler, tally);
             radiance += beta * zonal;
@@ -423,6 +429,12 @@ impl<'a> Walker<'a> {
                 radiance * power_heuristic(rays, samples * other)
             }
         }
+    }
+
+    /// Whether `s` scatters and lies on a bright zone.
+    fn is_bright(&self, s: &Surface, bsdf: &Bsdf) -> bool {
+        let scatters = bsdf.has_non_delta();
+        scatters && self.zones.is_some_and(|z| z.is_bright(z.locate(self.world, s, [0.5; 2]).zone))
     }
 
     /// The zone's share of the surface radiance at `s`, and what must still be followed.

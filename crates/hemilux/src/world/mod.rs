@@ -97,6 +97,16 @@ pub(crate) struct Placement {
     pub normal_to_world: glam::DMat3,
 }
 
+impl Placement {
+    /// An outline of the group's in the world.
+    fn moved(&self, own: &outline::Outline) -> outline::Outline {
+        own.moved(
+            |p| self.to_world.transform_point3(p.as_dvec3()).as_vec3(),
+            |v| self.to_world.transform_vector3(v.as_dvec3()).as_vec3(),
+        )
+    }
+}
+
 /// The prepared scene.
 pub struct World {
     /// The description it was made from.
@@ -339,14 +349,17 @@ impl World {
         let own = patches.outline(s.shape, patches.of(s.shape, within))?;
         Some(match s.hit.instance {
             hemilux_accel::NO_INSTANCE => *own,
-            i => {
-                let to_world = &self.placements[i as usize].to_world;
-                own.moved(
-                    |p| to_world.transform_point3(p.as_dvec3()).as_vec3(),
-                    |v| to_world.transform_vector3(v.as_dvec3()).as_vec3(),
-                )
-            }
+            i => self.placements[i as usize].moved(own),
         })
+    }
+
+    /// The outlines in the world of all flat pieces of shapes that reflect or refract other than diffusely.
+    pub(crate) fn flat_casters(&self) -> Vec<outline::Outline> {
+        let placed = self.placements.iter().flat_map(|at| {
+            let own = self.patches[at.group as usize].outlines();
+            own.map(|outline| at.moved(outline))
+        });
+        self.patches[0].outlines().copied().chain(placed).collect()
     }
 
     #[inline]

@@ -85,6 +85,17 @@ impl Outline {
         self.sides[0].cross(self.sides[1]).length() * if self.triangle { 0.5 } else { 1.0 }
     }
 
+    /// Unit, or zero where it has no area.
+    pub fn normal(&self) -> Vec3 {
+        self.sides[0].cross(self.sides[1]).normalize_or_zero()
+    }
+
+    /// The point at `u` in [0, 1)², spread evenly (m).
+    pub fn point(&self, [u, v]: [f32; 2]) -> Vec3 {
+        let (u, v) = if self.triangle && u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        self.corner + self.sides[0] * u + self.sides[1] * v
+    }
+
     /// The middle of its corners (m).
     #[inline]
     pub fn middle(&self) -> Vec3 {

@@ -50,6 +50,11 @@ impl Patches {
         let all = &self.0[shape as usize].outlines;
         all.binary_search_by_key(&patch, |o| o.0).ok().map(|at| &all[at].1)
     }
+
+    /// The outlines of all flat patches, in the group's space.
+    pub fn outlines(&self) -> impl Iterator<Item = &Outline> {
+        self.0.iter().flat_map(|shape| &shape.outlines).map(|(_, outline)| outline)
+    }
 }
 
 impl OfShape {

@@ -41,6 +41,8 @@ pub(super) struct Bright {
     /// Source of each bright zone side.
     of: HashMap<u32, u32>,
     sources: Vec<BrightSource>,
+    /// Of the scene's lit surfaces (luminance, W/m²).
+    mean: f32,
 }
 
 /// A bright zone side.
@@ -58,9 +60,10 @@ impl Bright {
         let area = |side: usize| map.areas()[side / 2] as f64;
         let lit = irradiances.iter().enumerate().filter(|(_, e)| **e > 0.0);
         let (flux, lit_area) = lit.fold((0.0, 0.0), |s, (i, e)| (s.0 + e * area(i), s.1 + area(i)));
-        let threshold = if lit_area > 0.0 { OUTSHINES * flux / lit_area } else { f64::INFINITY };
+        let mean = if lit_area > 0.0 { flux / lit_area } else { f64::INFINITY };
+        let threshold = OUTSHINES * mean;
         let is_bright = |side: u32| irradiances[side as usize] > threshold;
-        let mut bright = Bright { known: true, ..Bright::default() };
+        let mut bright = Bright { known: true, mean: mean as f32, ..Bright::default() };
         if !(0..irradiances.len() as u32).any(is_bright) {
             return bright;
         }
@@ -142,6 +145,30 @@ impl Bright {
     /// Whether it has been decided what is bright.
     pub fn is_known(&self) -> bool {
         self.known
+    }
+
+    /// All of them.
+    pub fn sources(&self) -> &[BrightSource] {
+        &self.sources
+    }
+
+    /// Whether a side of a zone is bright.
+    #[inline]
+    pub fn has(&self, zone: u32) -> bool {
+        !self.of.is_empty() && (self.of.contains_key(&(2 * zone)) || self.of.contains_key(&(2 * zone + 1)))
+    }
+
+    /// The zones of which a side is bright, in order.
+    pub fn zones(&self) -> Vec<u32> {
+        let mut zones: Vec<u32> = self.of.keys().map(|side| side / 2).collect();
+        zones.sort_unstable();
+        zones.dedup();
+        zones
+    }
+
+    /// Mean irradiance of the scene's lit surfaces (luminance, W/m²).
+    pub fn mean(&self) -> f32 {
+        self.mean
     }
 
     /// The source that a zone side is part of, if it is bright.

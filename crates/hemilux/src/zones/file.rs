@@ -1,8 +1,8 @@
 //! The file form of a zonal solution (`.hlxz`): a header, then raw little-endian arrays, then a CRC.
 //!
-//! Layout: magic `HLXZONE5`, scene hash u64, zone budget u32, zone count u32, particles u64, ledger (5 × 3 f64, rays
-//! u64), then per zone side: total 3 × f32, caustic 3 × f32, error f32; then what steers gathers (records, field; see
-//! [`super::wire`]); last CRC-32 (IEEE) of all before it. The cut
+//! Layout: magic `HLXZONE6`, scene hash u64, zone budget u32, zone count u32, particles u64, ledger (5 × 3 f64, rays
+//! u64), then per zone side: total 3 × f32, caustic 3 × f32, glints 3 × f32, error f32; then the bright zones and what steers gathers
+//! (records, field; see [`super::wire`]); last CRC-32 (IEEE) of all before it. The cut
 //! itself is not stored: it follows from scene and budget, and reading makes it anew.
 
 use super::field::Field;
@@ -15,7 +15,7 @@ use hemilux_scene::Rgb;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-const MAGIC: &[u8; 8] = b"HLXZONE5";
+const MAGIC: &[u8; 8] = b"HLXZONE6";
 
 /// Why a file is not the zonal solution that was wanted.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +24,7 @@ pub enum ZoneFileError {
     #[error("{0}")]
     Io(#[from] io::Error),
     /// Not such a file, or another version of it.
-    #[error("not a zonal solution of this version (magic HLXZONE5 missing)")]
+    #[error("not a zonal solution of this version (magic HLXZONE6 missing)")]
     Magic,
     /// Cut short or altered.
     #[error("the file is damaged: {0}")]
@@ -42,7 +42,7 @@ pub enum ZoneFileError {
 impl Zones {
     /// Write the solution for `world`, cut with `budget` zones.
     pub fn write(&self, world: &World, budget: u32, out: &mut dyn Write) -> io::Result<()> {
-        let mut bytes = Vec::with_capacity(256 + self.total.len() * 28);
+        let mut bytes = Vec::with_capacity(256 + self.total.len() * 40);
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&world.scene.content_hash.to_le_bytes());
         bytes.extend_from_slice(&budget.to_le_bytes());
@@ -54,11 +54,12 @@ impl Zones {
         }
         bytes.extend_from_slice(&l.rays.to_le_bytes());
         for side in 0..self.total.len() {
-            let (t, c) = (self.total[side].0, self.caustic[side].0);
-            for v in t.into_iter().chain(c).chain([self.error[side]]) {
+            let (t, c, g) = (self.total[side].0, self.caustic[side].0, self.glints[side].0);
+            for v in t.into_iter().chain(c).chain(g).chain([self.error[side]]) {
                 bytes.extend_from_slice(&v.to_le_bytes());
             }
         }
+        self.bright.put(&mut bytes);
         self.records.put(&mut bytes);
         self.field.put(&mut bytes);
         let crc = crc32fast::hash(&bytes);
@@ -89,14 +90,20 @@ impl Zones {
         let [emitted, absorbed, escaped, incident, truncated] = triples;
         let ledger = Ledger { emitted, absorbed, escaped, incident, truncated, rays: at.u64()? };
         let map = ZoneMap::new(world, budget);
-        if map.len() as u64 != count as u64 || (at.bytes.len() as u64) < count as u64 * 2 * 28 {
+        if map.len() as u64 != count as u64 || (at.bytes.len() as u64) < count as u64 * 2 * 40 {
             return Err(ZoneFileError::Damaged("it holds another number of zones than this scene has"));
         }
-        let (mut total, mut caustic, mut error) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut total, mut caustic, mut glints, mut error) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for _ in 0..count as usize * 2 {
             total.push(Rgb([at.f32()?, at.f32()?, at.f32()?]));
             caustic.push(Rgb([at.f32()?, at.f32()?, at.f32()?]));
+            glints.push(Rgb([at.f32()?, at.f32()?, at.f32()?]));
             error.push(at.f32()?);
+        }
+        let bright: Vec<u32> = Wire::take(&mut at.bytes)?;
+        if !bright.is_sorted() {
+            return Err(ZoneFileError::Damaged("its bright zones are out of order"));
         }
         let (records, field) = (Records::take(&mut at.bytes)?, Field::take(&mut at.bytes)?);
         if !(at.bytes.is_empty() && records.is_sound() && field.is_sound()) {
@@ -105,7 +112,20 @@ impl Zones {
         let (records, field) = (Arc::new(records), Arc::new(field));
         let witnesses = std::sync::OnceLock::new();
         let broad = std::sync::OnceLock::new();
-        Ok(Zones { map, total, caustic, error, records, field, witnesses, broad, ledger, particles })
+        Ok(Zones {
+            map,
+            total,
+            caustic,
+            glints,
+            bright,
+            error,
+            records,
+            field,
+            witnesses,
+            broad,
+            ledger,
+            particles,
+        })
     }
 }
 

@@ -14,6 +14,7 @@ mod kd;
 pub mod map;
 pub mod mesh;
 pub mod particles;
+mod prospect;
 pub mod records;
 pub mod scouts;
 pub mod sight;
@@ -82,13 +83,13 @@ impl<'a> Making<'a> {
 
     /// What they say.
     pub fn solution(&self) -> Zones {
-        Zones::of(self.map.clone(), &self.deposits, self.deposits.finds.clone())
+        Zones::of(self.world, self.map.clone(), &self.deposits, self.deposits.finds.clone())
     }
 
     /// The same, where no more will follow.
     pub fn finish(mut self) -> Zones {
         let finds = std::mem::take(&mut self.deposits.finds);
-        Zones::of(self.map, &self.deposits, finds)
+        Zones::of(self.world, self.map, &self.deposits, finds)
     }
 }
 
@@ -100,6 +101,10 @@ pub struct Zones {
     total: Vec<Rgb>,
     /// Its caustic part.
     caustic: Vec<Rgb>,
+    /// The part that came from bright zones by mirrors and glass.
+    glints: Vec<Rgb>,
+    /// The zones of which a side is bright, in order.
+    bright: Vec<u32>,
     /// Standard error of the luminance of `total`, at least that of one deposit.
     error: Vec<f32>,
     /// Where virtual luminaires are expected; nothing in a solution that was read from a file.
@@ -140,14 +145,15 @@ impl Zones {
         making.finish()
     }
 
-    fn of(map: ZoneMap, deposits: &Deposits, mut finds: Finds) -> Zones {
+    fn of(world: &World, map: ZoneMap, deposits: &Deposits, mut finds: Finds) -> Zones {
+        prospect::send(world, &map, deposits.bright(), deposits.particles, &mut finds);
         finds.records.append(&mut finds.zone_records);
         let records = Arc::new(Records::new(finds.records, &finds.exact));
         let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;
         let sides = map.len() * 2;
-        let (mut total, mut caustic, mut error) =
-            (Vec::with_capacity(sides), Vec::with_capacity(sides), Vec::with_capacity(sides));
+        let [mut total, mut caustic, mut glints] = [(); 3].map(|_| Vec::with_capacity(sides));
+        let mut error = Vec::with_capacity(sides);
         // At least that of one deposit: where none has come, nothing is known, which is no certainty of darkness.
         let one = Rgb(deposits.ledger.emitted.map(|v| (v / n) as f32)).luminance() as f64;
         for side in 0..sides {
@@ -157,6 +163,8 @@ impl Zones {
             let sum = [0, 1, 2].map(|c| bins.iter().map(|b| b[c]).sum::<f64>());
             total.push(Rgb(sum.map(|v| (v * per_area) as f32)));
             caustic.push(Rgb(bins[Bin::Caustic as usize].map(|v| (v * per_area) as f32)));
+            let glint = deposits.glints(side).map(|v| if area > 0.0 { (v / area) as f32 } else { 0.0 });
+            glints.push(Rgb(glint));
             error.push((deposits.squares(side).max(one * one).sqrt() * per_area) as f32);
         }
         let scale = |v: [f64; 3]| v.map(|x| x / n);
@@ -173,6 +181,8 @@ impl Zones {
             map,
             total,
             caustic,
+            glints,
+            bright: deposits.bright().zones(),
             error,
             records,
             field,
@@ -211,7 +221,7 @@ impl Zones {
     /// A hash of everything that gathers look up: two solutions with the same one give the same pictures.
     pub fn fingerprint(&self) -> u64 {
         let key = Key::new(self.particles).with(self.map.len() as u64).with(self.records.len());
-        let values = self.total.iter().chain(&self.caustic).flat_map(|v| v.0);
+        let values = self.total.iter().chain(&self.caustic).chain(&self.glints).flat_map(|v| v.0);
         values.fold(key, |key, v| key.with(v.to_bits() as u64)).bits64(0)
     }
 
@@ -271,10 +281,16 @@ impl Zones {
         scattered(&self.total, place, bsdf, wo)
     }
 
-    /// The caustic part of [`Zones::reflected`].
+    /// The part of [`Zones::reflected`] that came by mirrors and glass from luminaires and from bright zones ([`Zones::is_bright`]).
     #[inline]
     pub fn reflected_caustic(&self, place: &ZonePlace, bsdf: &Bsdf, wo: Vec3) -> Rgb {
-        scattered(&self.caustic, place, bsdf, wo)
+        scattered(&self.caustic, place, bsdf, wo) + scattered(&self.glints, place, bsdf, wo)
+    }
+
+    /// Whether a zone outshines the scene by far, on either side. A function of the solution.
+    #[inline]
+    pub fn is_bright(&self, zone: u32) -> bool {
+        self.bright.binary_search(&zone).is_ok()
     }
 }
 
@@ -287,4 +303,74 @@ fn scattered(irradiance: &[Rgb], place: &ZonePlace, bsdf: &Bsdf, wo: Vec3) -> Rg
         radiance += through * at(1 - place.side);
     }
     radiance * FRAC_1_PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::{GatherPlan, Strategy};
+    use crate::sampler::Sampler;
+    use crate::sensor::irradiance;
+    use crate::transport::{Tally, Walker};
+    use crate::validate::scenes::{diffuse, emission, empty, material, quad, sphere};
+    use hemilux_scene::{ConductorFresnel, FloatParam, MaterialKind, RgbParam, Roughness};
+
+    /// A corner of floor and wall at x = -1 that is lit by the image of a bright card in the mirror at x = 1 alone.
+    fn corner() -> World {
+        let mut scene = empty();
+        let (grey, black) = (diffuse(&mut scene, 0.7), diffuse(&mut scene, 0.0));
+        let smooth = Roughness { u: FloatParam::Constant(0.0), v: FloatParam::Constant(0.0), remap: false };
+        let fresnel = ConductorFresnel::Reflectance(RgbParam::Constant(Rgb::splat(0.9)));
+        let shiny = material(&mut scene, MaterialKind::Conductor { fresnel, roughness: smooth });
+        quad(&mut scene, [-1.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], grey, None);
+        quad(&mut scene, [-1.0, -1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0], grey, None);
+        quad(&mut scene, [1.0, -1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 2.0, 0.0], shiny, None);
+        // The card faces down, the lamp is under it and a shield under that.
+        quad(&mut scene, [-0.1, -0.1, 1.0], [0.0, 0.2, 0.0], [0.2, 0.0, 0.0], grey, None);
+        sphere(&mut scene, [0.0, 0.0, 0.96], 0.01, false, black, emission(1e4));
+        quad(&mut scene, [-0.15, -0.15, 0.92], [0.3, 0.0, 0.0], [0.0, 0.3, 0.0], black, None);
+        quad(&mut scene, [-0.15, -0.15, 0.92], [0.0, 0.3, 0.0], [0.0, 0.0, 0.2], black, None);
+        World::new(scene)
+    }
+
+    /// Irradiance (green) beside the wall: mean and standard error.
+    fn beside_the_wall(walker: &Walker, count: u32) -> (f64, f64) {
+        let plan = GatherPlan { rays: 16, shadow_rays: 4, strategy: Strategy::Adaptive };
+        let value = |i: u32| {
+            let p = Vec3::new(-0.98, 0.0, 1e-5);
+            let mut sampler = Sampler::new(7, i as u64, 0);
+            irradiance(walker, p, Vec3::Z, &plan, &mut sampler, &mut Tally::default())[1] as f64
+        };
+        let (sum, squares) = (0..count).map(value).fold((0.0, 0.0), |s, v| (s.0 + v, s.1 + v * v));
+        let mean = sum / count as f64;
+        (mean, ((squares / count as f64 - mean * mean).max(0.0) / (count as f64 - 1.0)).sqrt())
+    }
+
+    /// What bright zones send to a corner by mirrors comes from the corner's own zones, once.
+    #[test]
+    fn corners_get_the_light_of_bright_zones_by_mirrors_once() {
+        let world = corner();
+        let zones = Zones::solve_seen(
+            &world,
+            &ZoneOptions { budget: 20_000, particles: 1 << 20, seed: 3 },
+            None,
+            |_| false,
+        );
+        assert!(!zones.bright.is_empty());
+        // Paths that particles lead and no zone ends.
+        let truth = beside_the_wall(&Walker { steer: Some(&zones), ..Walker::path(&world) }, 20_000);
+        let zonal = |zones: &Zones| beside_the_wall(&Walker::zonal(&world, zones), 2000);
+        let found = zonal(&zones);
+        let dark = || vec![Rgb::BLACK; zones.glints.len()];
+        let twice = zonal(&Zones { bright: Vec::new(), ..zones.clone() });
+        let never = zonal(&Zones { glints: dark(), ..zones.clone() });
+        let chance = zonal(&Zones { bright: Vec::new(), glints: dark(), ..zones.clone() });
+        println!(
+            "paths {truth:?}, from zones {found:?}, by chance {chance:?}, twice {twice:?}, never {never:?}"
+        );
+        assert!((found.0 / truth.0 - 1.0).abs() < 0.03, "{found:?}, by paths {truth:?}");
+        // Negative controls.
+        assert!(twice.0 > 1.1 * truth.0, "{twice:?}, by paths {truth:?}");
+        assert!(never.0 < 0.9 * truth.0, "{never:?}, by paths {truth:?}");
+    }
 }

@@ -9,7 +9,7 @@
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
 use super::aim::{Aim, Start, Trial};
-use super::bright::Bright;
+use super::bright::{Bright, BrightSource};
 use super::field::Incidence;
 use super::map::{ZoneMap, ZonePlace};
 use super::records::{Exact, LARGE, Record};
@@ -79,6 +79,9 @@ pub struct Deposits {
     flux: Vec<AtomicU64>,
     /// Per zone side: sum of squared luminance of deposits.
     squares: Vec<AtomicU64>,
+    /// Per zone side, three bands: what came from bright zones by mirrors and glass, after `bright_from` particles.
+    glints: Vec<AtomicU64>,
+    bright_from: u64,
     unit: f64,
     square_unit: f64,
     /// Totals so far.
@@ -160,6 +163,8 @@ impl Deposits {
         Deposits {
             flux: zeros(zones * 2 * 9),
             squares: zeros(zones * 2),
+            glints: zeros(zones * 2 * 3),
+            bright_from: 0,
             // A particle carries about `power`: 26 bits of it, and room for 2³⁸ such deposits.
             unit: (1u64 << 26) as f64 / power,
             square_unit: (1u64 << 20) as f64 / (power * power),
@@ -189,6 +194,21 @@ impl Deposits {
             .map(|c| self.flux[side * 9 + bin as usize * 3 + c].load(Ordering::Relaxed) as f64 / self.unit)
     }
 
+    /// Note `flux` that came to a zone side from a bright zone by mirrors and glass; it is deposited besides.
+    #[inline]
+    fn glint(&self, side: usize, flux: Rgb) {
+        for c in 0..3 {
+            let v = (flux[c] as f64 * self.unit + 0.5) as u64;
+            self.glints[side * 3 + c].fetch_add(v, Ordering::Relaxed);
+        }
+    }
+
+    /// Flux that came to a zone side from bright zones by mirrors and glass (W), a part of [`Bin::Indirect`].
+    pub fn glints(&self, side: usize) -> [f64; 3] {
+        let scale = 1.0 / (self.unit * (self.particles - self.bright_from).max(1) as f64);
+        [0, 1, 2].map(|c| self.glints[side * 3 + c].load(Ordering::Relaxed) as f64 * scale)
+    }
+
     /// Summed squared luminance of deposits of a zone side (W² × particles).
     pub fn squares(&self, side: usize) -> f64 {
         self.squares[side].load(Ordering::Relaxed) as f64 / self.square_unit
@@ -212,6 +232,7 @@ impl Deposits {
             }
             if !self.bright.is_known() && self.particles >= PILOT.min(planned / 2) {
                 self.bright = Bright::new(world, map, &self.irradiances(map));
+                self.bright_from = self.particles;
             }
             // A batch ends where something is decided.
             let next = AIMED_AT.into_iter().find(|n| *n > self.particles);
@@ -254,19 +275,13 @@ impl Deposits {
     /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
     fn zone_source(&self, map: &ZoneMap, place: &ZonePlace, b: &BsdfSample, kept: f32) -> Source {
         let Some(source) = self.bright.of(place.zone * 2 + place.side) else { return Source::none() };
-        // Where no outline says how large it is seen: the zone against the ball around it.
         let area = map.areas()[place.zone as usize] * b.wi.z.abs();
-        let ball = std::f32::consts::PI * source.radius * source.radius;
-        let filled =
-            if source.outline.is_some() { 1.0 } else { (area / ball.max(f32::MIN_POSITIVE)).min(1.0) };
-        Source {
-            known: true,
-            exact: Exact::of(source.outline.map(|_| source.centre), source.outline, 1.0),
-            signature: Key::new(1 << 40 | (source.name as u64) << 1 | b.transmitted as u64),
-            radius: source.radius,
-            strength: source.radiance * kept * filled,
-            ..Source::none()
-        }
+        Source::of_bright(source, Some(area), b.transmitted, kept)
+    }
+
+    /// The zones that outshine the scene.
+    pub(super) fn bright(&self) -> &Bright {
+        &self.bright
     }
 
     /// The irradiance of every zone side so far (luminance, W/m²).
@@ -305,7 +320,8 @@ impl Deposits {
             dimension - n
         };
         let (mut origin, mut dir, mut flux) = (e.origin, e.dir, e.flux);
-        let (mut bounce, mut chain) = (0u32, false);
+        // Whether it last scattered at a bright zone.
+        let (mut bounce, mut chain, mut shone) = (0u32, false, false);
         let mut source = Source::of_luminaire(world, e.luminaire);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
@@ -330,7 +346,11 @@ impl Deposits {
                     _ => Bin::Indirect,
                 };
                 let place = map.locate(world, &s, [0.5, 0.5]);
-                self.deposit((place.zone * 2 + place.side) as usize, bin, flux);
+                let side = (place.zone * 2 + place.side) as usize;
+                self.deposit(side, bin, flux);
+                if chain && shone {
+                    self.glint(side, flux);
+                }
                 add(&mut ledger.incident, flux);
                 trial.use_ += self.worth(&s, bin) * flux.luminance() * density / plain.max(f32::MIN_POSITIVE);
                 if bin != Bin::Direct {
@@ -374,6 +394,7 @@ impl Deposits {
             } else {
                 bounce += 1;
                 chain = false;
+                shone = here.is_some_and(|place| self.bright.has(place.zone));
                 source = match here {
                     Some(place) => self.zone_source(map, &place, &b, left),
                     None => Source::none(),
@@ -424,6 +445,24 @@ impl Source {
             strength: 0.0,
             length: 0.0,
             previous: 0.0,
+        }
+    }
+
+    /// A bright zone that scatters `kept` of what it receives. `area`: of the zone as seen from where the way leads, for those that no
+    /// outline says how large they are seen: against the ball around it.
+    pub(super) fn of_bright(bright: &BrightSource, area: Option<f32>, through: bool, kept: f32) -> Source {
+        let ball = std::f32::consts::PI * bright.radius * bright.radius;
+        let filled = match area.filter(|_| bright.outline.is_none()) {
+            Some(area) => (area / ball.max(f32::MIN_POSITIVE)).min(1.0),
+            None => 1.0,
+        };
+        Source {
+            known: true,
+            exact: Exact::of(bright.outline.map(|_| bright.centre), bright.outline, 1.0),
+            signature: Key::new(1 << 40 | (bright.name as u64) << 1 | through as u64),
+            radius: bright.radius,
+            strength: bright.radiance * kept * filled,
+            ..Source::none()
         }
     }
 
@@ -493,6 +532,17 @@ impl Finds {
             let record = Record { n, of_zone: bounce > 0, ..source.record(s.p, s.wo, s.t, flux) };
             self.exact.entry(record.signature).or_insert(source.exact);
             to.push(record);
+        }
+    }
+}
+
+impl Finds {
+    /// A record alone, of an arrival at `s` of `flux` (luminance) from a bright zone by mirrors and glass.
+    pub(super) fn prospected(&mut self, s: &Surface, source: &Source, flux: f32) {
+        if source.known && source.radius < LARGE * (s.t + source.length) {
+            let record = Record { n: s.facing(), of_zone: true, ..source.record(s.p, s.wo, s.t, flux) };
+            self.exact.entry(record.signature).or_insert(source.exact);
+            self.zone_records.push(record);
         }
     }
 }
