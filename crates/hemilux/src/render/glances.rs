@@ -2,7 +2,7 @@
 //!
 //! A pixel on an edge, or on a texture, varies more than its gathers are noisy. So a camera sample takes [`COUNT`] rays. All of them
 //! ask what shines, and what is *expected* of the surfaces they meet: diffuse albedo times [broad irradiance](crate::zones::broad).
-//! [`PLACES`] of them gather, each a part of one gather's rays ([`crate::gather::Part`]). The sample is the mean of what is expected, plus what was
+//! [`PLACES`] of them gather (all, where what they expect is too [steep](are_steep)), each a part of one gather's rays ([`crate::gather::Part`]). The sample is the mean of what is expected, plus what was
 //! gathered less what was expected there: a control variate, so its mean does not depend on what is expected, whatever that is.
 //!
 //! Surfaces that several rays meet close together in one plane share one expected irradiance, the mean of theirs: steps
