@@ -124,9 +124,8 @@ const IMAGES: u32 = 2;
 const OUTSIDE: f32 = 0.3;
 /// Luminaires that look wider than this along the chain (half-angle, radians) are left to the broad strata.
 pub const LARGE: f32 = 0.15;
-/// Leaves with fewer candidates than this are filled up with signatures that must be visible from them.
-const ROOM: usize = LISTED / 2;
-/// Candidates that a leaf lists at most: those with the largest shares.
+/// Candidates that a leaf lists at most: those with the largest shares. Where fewer are recorded, signatures that must be visible
+/// are added.
 const LISTED: usize = 4096;
 /// Signatures that are expected to be seen from a leaf without a record of it there count as if they had this share of the
 /// mean signature's flux.
@@ -360,14 +359,15 @@ impl Records {
         radius: f32,
         n: Vec3,
     ) {
-        let room = ROOM.saturating_sub(found.len());
+        let room = LISTED.saturating_sub(found.len());
         if room == 0 {
             return;
         }
         let share = UNRECORDED * found.iter().map(|f| f.0.share).sum::<f32>() / found.len().max(1) as f32;
+        // The variance that missing one costs: a ray that meets it by chance brings the more the brighter it is.
         let promise = |c: &Candidate| {
             let signature = &self.signatures[c.signature as usize];
-            signature.strength * signature.places[c.best as usize].sin2(centre)
+            signature.strength * signature.strength * signature.places[c.best as usize].sin2(centre)
         };
         let mut more: Vec<Candidate> = Vec::new();
         for name in outlook.visible_from(centre, radius, n) {
