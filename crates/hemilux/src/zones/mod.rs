@@ -346,6 +346,23 @@ mod tests {
         (mean, ((squares / count as f64 - mean * mean).max(0.0) / (count as f64 - 1.0)).sqrt())
     }
 
+    /// Also where time ends the particles early, and whether they come at once or not.
+    #[test]
+    fn bright_zones_are_known_however_few_particles_there_are() {
+        let world = corner();
+        let options = ZoneOptions { budget: 3000, particles: 1 << 22, seed: 3 };
+        for total in [1 << 15, 1 << 17, 3 << 16] {
+            let mut once = Making::new(&world, &options, None);
+            once.trace(total, |_| false);
+            let once = once.finish();
+            assert!(!once.bright.is_empty(), "{total} particles");
+            let mut twice = Making::new(&world, &options, None);
+            twice.trace(1 << 15, |_| false);
+            twice.trace(total, |_| false);
+            assert_eq!(once.fingerprint(), twice.finish().fingerprint(), "{total} particles");
+        }
+    }
+
     /// What bright zones send to a corner by mirrors comes from the corner's own zones, once.
     #[test]
     fn corners_get_the_light_of_bright_zones_by_mirrors_once() {

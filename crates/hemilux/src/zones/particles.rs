@@ -90,7 +90,7 @@ pub struct Deposits {
     pub particles: u64,
     /// What was found on the way, in the order of particles.
     pub finds: Finds,
-    /// The zones that outshine the scene; known after [`PILOT`] particles.
+    /// The zones that outshine the scene; known after the first of [`BRIGHT_AT`] particles.
     bright: Bright,
     aim: Aim,
     /// The particles that `aim` will next learn from.
@@ -152,8 +152,9 @@ const RECORDED: f32 = 0.25;
 /// and the best density goes by the root of the mean square. 8 gains 5 % more where 4 gains 20.
 const SPOTTED: f32 = 4.0;
 
-/// Particles after which it is decided which zones are bright.
-pub const PILOT: u64 = 1 << 17;
+/// Particles after which it is decided which zones are bright, and again, for good. A run that time ends between the two
+/// must not do without.
+const BRIGHT_AT: [u64; 2] = [1 << 15, 1 << 17];
 
 impl Deposits {
     /// Nothing deposited yet, for a map of `zones` zones and luminaires of `power` W.
@@ -230,9 +231,10 @@ impl Deposits {
             if AIMED_AT.contains(&self.particles) {
                 self.aim = Aim::learn(std::mem::take(&mut self.trials));
             }
-            if !self.bright.is_known() && self.particles >= PILOT.min(planned / 2) {
-                self.bright = Bright::new(world, map, &self.irradiances(map));
-                self.bright_from = self.particles;
+            let [first, again] = BRIGHT_AT;
+            let due = if self.bright.is_known() { again } else { first.min(planned / 2) };
+            if self.particles >= due && (!self.bright.is_known() || self.bright_from < again) {
+                self.decide_bright(world, map);
             }
             // A batch ends where something is decided.
             let next = AIMED_AT.into_iter().find(|n| *n > self.particles);
@@ -261,6 +263,19 @@ impl Deposits {
                 self.trials.extend(trials);
             }
             self.particles = end;
+        }
+        if !self.bright.is_known() && self.particles >= BRIGHT_AT[0].min(planned / 2) {
+            self.decide_bright(world, map);
+        }
+    }
+
+    /// Decide which zones are bright by what has come so far, and forget what was found by an earlier decision.
+    fn decide_bright(&mut self, world: &World, map: &ZoneMap) {
+        self.bright = Bright::new(world, map, &self.irradiances(map));
+        self.bright_from = self.particles;
+        self.glints.iter_mut().for_each(|g| *g.get_mut() = 0);
+        for record in self.finds.zone_records.drain(..) {
+            self.finds.exact.remove(&record.signature);
         }
     }
 
