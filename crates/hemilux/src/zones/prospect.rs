@@ -39,8 +39,11 @@ const BEFORE: f32 = 1e-4;
 
 /// Send them, and add what they find to `finds`; `particles` have gone before.
 pub(super) fn send(world: &World, map: &ZoneMap, bright: &Bright, particles: u64, finds: &mut Finds) {
-    let facets = world.flat_casters();
     let zones = Flat::of(bright);
+    if zones.is_empty() {
+        return;
+    }
+    let facets = world.flat_casters();
     let pairs = facets.len() as u64 * zones.len() as u64;
     if pairs == 0 {
         return;
@@ -113,8 +116,11 @@ impl Sending<'_> {
             let (zone, facet) = (i / EACH / self.facets.len() as u64, i / EACH % self.facets.len() as u64);
             return (&self.zones[zone as usize], &self.facets[facet as usize], 1.0 / pairs as f64);
         }
-        // Facets in turn, zones by power.
-        let facet = &self.facets[(i % self.facets.len() as u64) as usize];
+        // Facets in turn, or every so many of them; zones by power.
+        let all = self.facets.len() as u64;
+        let turn =
+            if all > self.count { (i as u128 * all as u128 / self.count as u128) as u64 } else { i % all };
+        let facet = &self.facets[turn as usize];
         let all = self.zones.last().map_or(0.0, |z| z.cumulative);
         let pick = self.key.with(1).with(i).uniform64(0) * all;
         let k = self.zones.partition_point(|z| z.cumulative <= pick).min(self.zones.len() - 1);
