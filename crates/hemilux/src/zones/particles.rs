@@ -535,30 +535,25 @@ impl Finds {
     /// An arrival at `s` of `flux` (luminance) from `source` after `bounce` scatterings.
     fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
         let n = s.facing();
-        let recorded = source.known && source.radius < LARGE * (s.t + source.length);
+        let recorded = self.record(s, source, bounce > 0, flux);
         let weight = match recorded {
             true => RECORDED,
             false if source.known && source.length > 0.0 => SPOTTED,
             false => 1.0,
         };
         self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
+    }
+
+    /// A record of it alone, of a bright zone or of a luminaire; not where the source is unknown or looks large.
+    pub(super) fn record(&mut self, s: &Surface, source: &Source, of_zone: bool, flux: f32) -> bool {
+        let recorded = source.known && source.radius < LARGE * (s.t + source.length);
         if recorded {
-            let to = if bounce == 0 { &mut self.records } else { &mut self.zone_records };
-            let record = Record { n, of_zone: bounce > 0, ..source.record(s.p, s.wo, s.t, flux) };
+            let record = Record { n: s.facing(), of_zone, ..source.record(s.p, s.wo, s.t, flux) };
             self.exact.entry(record.signature).or_insert(source.exact);
+            let to = if of_zone { &mut self.zone_records } else { &mut self.records };
             to.push(record);
         }
-    }
-}
-
-impl Finds {
-    /// A record alone, of an arrival at `s` of `flux` (luminance) from a bright zone by mirrors and glass.
-    pub(super) fn prospected(&mut self, s: &Surface, source: &Source, flux: f32) {
-        if source.known && source.radius < LARGE * (s.t + source.length) {
-            let record = Record { n: s.facing(), of_zone: true, ..source.record(s.p, s.wo, s.t, flux) };
-            self.exact.entry(record.signature).or_insert(source.exact);
-            self.zone_records.push(record);
-        }
+        recorded
     }
 }
 

@@ -10,6 +10,7 @@ use super::bright::Bright;
 use super::map::ZoneMap;
 use super::particles::{Finds, Source};
 use super::records::Record;
+use super::scouts::specular;
 use crate::bsdf::Transport as Quantity;
 use crate::world::outline::Outline;
 use crate::world::{Surface, World};
@@ -167,19 +168,15 @@ impl Sending<'_> {
             let bsdf = self.world.bsdf(&s);
             if !bsdf.has_delta() {
                 if depth > 0 && bsdf.has_non_delta() {
-                    finds.prospected(&s, &source, flux);
+                    finds.record(&s, &source, true, flux);
                 }
                 return;
             }
             let wo = s.frame.to_local(s.wo);
             let u = [0, 1, 2].map(|k| numbers.uniform(3 * depth + k));
-            let Some(next) = bsdf.sample(wo, u[0], [u[1], u[2]], Quantity::Flux) else { return };
-            let wi = s.frame.to_world(next.wi).normalize();
-            if !next.delta || s.is_front(wi) != (next.wi.z > 0.0) {
-                return;
-            }
+            let Some((on, wi, next)) = specular(self.world, &s, Quantity::Flux, u) else { return };
             source.pass(self.world, &s, &bsdf, wo, next.transmitted);
-            (origin, dir) = (s.leave(wi), wi);
+            (origin, dir) = (on, wi);
         }
     }
 }
@@ -190,6 +187,7 @@ mod tests {
     use super::super::{Making, ZoneOptions};
     use super::*;
     use crate::validate::scenes::{diffuse, emission, empty, material, quad, sphere};
+    use crate::world::outline::mirrored;
     use hemilux_scene::{ConductorFresnel, FloatParam, MaterialKind, Rgb, RgbParam, Roughness};
 
     /// Over a floor, a lamp close above a dark card, and 400 facets on a dome around it that show the card to one spot of the floor each. Those
@@ -223,7 +221,7 @@ mod tests {
     fn images(world: &World, x: Vec3, card: Vec3) -> Vec<Vec3> {
         let seen = |facet: &Outline| {
             let n = facet.normal();
-            let image = card - n * (2.0 * n.dot(card - facet.corner));
+            let image = mirrored(card, facet.corner, n);
             let w = (image - x).normalize();
             let mirror = world.closest(x, w, f32::INFINITY)?;
             let on = w - mirror.ng * (2.0 * mirror.ng.dot(w));

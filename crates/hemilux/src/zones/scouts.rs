@@ -181,7 +181,12 @@ fn fixed_image(group: &[Sighting]) -> Option<FixedImage> {
 }
 
 /// The way on from `s` by a mirror or glass: origin, direction, and what was sampled. `None` if chance chose anything else.
-fn specular(world: &World, s: &Surface, q: Quantity, u: [f32; 3]) -> Option<(Vec3, Vec3, BsdfSample)> {
+pub(super) fn specular(
+    world: &World,
+    s: &Surface,
+    q: Quantity,
+    u: [f32; 3],
+) -> Option<(Vec3, Vec3, BsdfSample)> {
     let bsdf = world.bsdf(s);
     if !bsdf.has_delta() {
         return None;
