@@ -5,7 +5,7 @@
 //! Options: `seconds=10` (render time per mode, zones included), `modes=path,zonal`, `depth=file|N|none`, `gather=32`,
 //! `shadow=8`, `strategy=adaptive|jittered|sobol`, `budget=` (zones; 60000 for 60 s and less), `particles=` (most), `share=0.1`
 //! (of the time, for particles), `grown=0.14` (the same where pilots are surprised; 0: no pilots),
-//! `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
+//! `residuals=` (their share in mode corrected, instead of the one that a study finds), `seed=0`, `size=WxH`, `spp=` (instead of seconds), `save=PREFIX` (EXR and PNG of each mode). The view beside
 //! a `.rad` scene is read too. Beside a file called
 //! `reference.exr`, its halves and mask are used.
 
@@ -92,7 +92,8 @@ fn main() -> Result<(), Failure> {
         if mode == Mode::Corrected {
             // As the command does; the time counts.
             let study = renderer.study([0, width, 0, height], 8192);
-            renderer = renderer.with_residual(Residual::new(study.share));
+            let share = option("residuals", &study.share.to_string()).parse()?;
+            renderer = renderer.with_residual(Residual::new(share));
             println!("       | {study:?}");
         }
         let mut film = Film::new(width, height, [0, width, 0, height]);

@@ -16,7 +16,7 @@ mod correction;
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::gather::Gathered;
 use crate::guide::{Guide, Next, images};
-use crate::images::{Chain, Origin};
+use crate::images::{Chain, FORKS, Origin, fork, likelihood};
 use crate::sampler::Sampler;
 use crate::world::luminaire::{NO_LUMINAIRE, Receiver};
 use crate::world::{Surface, World};
@@ -29,6 +29,9 @@ use hemilux_scene::geom::Vec3;
 pub const ZONE_TRUST: f32 = 2.0;
 /// Scattering events before Russian roulette may end a walk.
 const ROULETTE_FROM: u32 = 3;
+/// Nor does it end a chain of mirrors and glass that is no longer: a luminaire at its end is hundreds of times brighter than what
+/// throughput is worth elsewhere.
+const UNJUDGED: usize = 8;
 /// No walk is longer; reached with probability below 1e-20 unless nothing absorbs.
 const LONGEST_WALK: u32 = 4096;
 
@@ -250,29 +253,47 @@ impl<'a> Walker<'a> {
     }
 
     /// The same; `picked`: the vertex it starts from, if images were picked there.
-    fn walk(
+    pub(crate) fn walk(
         &self,
         start: Start,
-        mut hit: Option<Surface>,
-        mut picked: Option<Origin<'a>>,
+        hit: Option<Surface>,
+        picked: Option<Origin<'a>>,
         sampler: &mut Sampler,
         tally: &mut Tally,
     ) -> Rgb {
-        let Start { mut origin, mut dir, mut arrival, mut depth, .. } = start;
+        let Start { origin, dir, arrival, depth, .. } = start;
+        let way = Way {
+            origin,
+            dir,
+            hit,
+            arrival,
+            depth,
+            picked,
+            beta: Rgb::WHITE,
+            after_chain: Rgb::WHITE,
+            in_chain: false,
+            chain: Chain::new(),
+            travelled: 0.0,
+            later: depth > 1,
+            worth: 1.0,
+        };
+        self.follow(way, start.worth, sampler, tally)
+    }
+
+    /// What comes along `way`. `unit`: [`Start::worth`] of the walk.
+    fn follow(&self, way: Way<'a>, unit: f32, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
+        let Way { mut origin, mut dir, mut hit, mut arrival, mut depth, mut picked, .. } = way;
+        let Way {
+            mut beta,
+            mut after_chain,
+            mut in_chain,
+            mut chain,
+            mut travelled,
+            mut later,
+            mut worth,
+            ..
+        } = way;
         let mut radiance = Rgb::BLACK;
-        let mut beta = Rgb::WHITE;
-        // What a luminaire or a bright zone counts, per band, once the ray has passed a mirror or glass: all of it, unless a
-        // zone's caustic bin holds the same.
-        let mut after_chain = Rgb::WHITE;
-        let mut in_chain = false;
-        // Since the walk last scattered.
-        let mut chain = Chain::new();
-        let mut travelled = 0.0;
-        // Whether the walk has left the gather's own ray behind.
-        let mut later = depth > 1;
-        // What the walk would weigh, were its directions drawn by scattering alone: roulette by `beta` would end just those
-        // that were led to something bright.
-        let mut worth = 1.0;
         loop {
             let Some(s) = hit else {
                 let counts = if in_chain { after_chain } else { Rgb::WHITE };
@@ -312,7 +333,7 @@ impl<'a> Walker<'a> {
                 }
             }
             let (zonal, going_on) =
-                self.end_on_zone(&s, &bsdf, wo, travelled, depth, start.worth * beta.max(), sampler, tally);
+                self.end_on_zone(&s, &bsdf, wo, travelled, depth, unit * beta.max(), sampler, tally);
             radiance += beta * zonal;
             let narrow;
             let on = match going_on {
@@ -347,6 +368,38 @@ impl<'a> Walker<'a> {
                     self.virtual_direct(&s, on, guide.as_ref(), (around, *picks), wo, depth, sampler, tally);
                 radiance += beta * found;
             }
+            if picked.is_some()
+                && chain.length() < FORKS
+                && let Some(branches) = fork(on, wo)
+            {
+                for branch in branches {
+                    let wi = s.frame.to_world(branch.wi).normalize();
+                    if s.is_front(wi) != (branch.wi.z > 0.0) {
+                        continue;
+                    }
+                    let mut chain = chain;
+                    chain.pass(self.world, &s, branch.transmitted, 1.0);
+                    tally.rays += 1;
+                    let origin = s.leave(wi);
+                    let on = Way {
+                        origin,
+                        dir: wi,
+                        hit: self.world.closest(origin, wi, f32::INFINITY),
+                        arrival: if let Arrival::Unlit = arrival { arrival } else { Arrival::Full },
+                        depth: depth + 1,
+                        picked,
+                        beta: beta * branch.weight,
+                        after_chain,
+                        in_chain: true,
+                        chain,
+                        travelled,
+                        later,
+                        worth: worth * branch.weight.max() * branch.eta * branch.eta,
+                    };
+                    radiance += self.follow(on, unit, sampler, tally);
+                }
+                break;
+            }
             let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
             let wi = s.frame.to_world(next.wi).normalize();
             // Shading normals must not carry radiance through the surface.
@@ -363,7 +416,11 @@ impl<'a> Walker<'a> {
             depth += 1;
             if next.delta {
                 in_chain = true;
-                chain.pass(self.world, &s, next.transmitted);
+                let likely = match picked {
+                    Some(_) => likelihood(&bsdf, wo, next.transmitted, chain.length()),
+                    None => 1.0,
+                };
+                chain.pass(self.world, &s, next.transmitted, likely);
                 arrival = if let Arrival::Unlit = arrival { arrival } else { Arrival::Full };
             } else {
                 arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
@@ -377,7 +434,11 @@ impl<'a> Walker<'a> {
                     _ => Rgb::WHITE,
                 };
             }
-            if beta.is_black() || !roulette(&mut beta, &mut worth, depth, sampler) {
+            if beta.is_black() {
+                break;
+            }
+            let exempt = next.delta && chain.length() <= UNJUDGED;
+            if !exempt && !roulette(&mut beta, &mut worth, depth, sampler) {
                 break;
             }
             (origin, dir) = (s.leave(wi), wi);
@@ -503,6 +564,32 @@ impl<'a> Walker<'a> {
     }
 }
 
+/// Where a walk has come.
+#[derive(Clone, Copy)]
+struct Way<'a> {
+    origin: Vec3,
+    dir: Vec3,
+    /// What it meets.
+    hit: Option<Surface>,
+    arrival: Arrival,
+    depth: u32,
+    /// The vertex it last scattered at, if images were picked there.
+    picked: Option<Origin<'a>>,
+    beta: Rgb,
+    /// What a luminaire or a bright zone counts, per band, once the ray has passed a mirror or glass: all of it, unless a
+    /// zone's caustic bin holds the same.
+    after_chain: Rgb,
+    in_chain: bool,
+    /// Since the walk last scattered; its length (m) so far.
+    chain: Chain,
+    travelled: f32,
+    /// Whether the walk has left the gather's own ray behind.
+    later: bool,
+    /// What the walk would weigh, were its directions drawn by scattering alone: roulette by `beta` would end just those
+    /// that were led to something bright.
+    worth: f32,
+}
+
 /// What a walk still has to follow behind a vertex.
 #[derive(Clone, Copy)]
 enum GoingOn {
@@ -557,4 +644,37 @@ fn roulette(beta: &mut Rgb, worth: &mut f32, depth: u32, sampler: &mut Sampler) 
     *beta *= 1.0 / survive;
     *worth /= survive;
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::scenes::{diffuse, emission, empty, material, quad};
+    use hemilux_scene::{ConductorFresnel, FloatParam, MaterialKind, RgbParam, Roughness};
+
+    /// Two mirrors of a tenth or a seventh face one another; a ray goes up between them, five times from one to the other, to a lamp.
+    #[test]
+    fn weak_mirrors_are_followed_to_a_lamp() {
+        let mut scene = empty();
+        let smooth = Roughness { u: FloatParam::Constant(0.0), v: FloatParam::Constant(0.0), remap: false };
+        let fresnel = ConductorFresnel::Reflectance(RgbParam::Constant(Rgb::splat(0.1)));
+        let dim = material(&mut scene, MaterialKind::Conductor { fresnel, roughness: smooth });
+        let dark = diffuse(&mut scene, 0.0);
+        quad(&mut scene, [0.0, -5.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 5.0], dim, None);
+        quad(&mut scene, [1.0, -5.0, 0.0], [0.0, 0.0, 5.0], [0.0, 10.0, 0.0], dim, None);
+        quad(&mut scene, [-1.0, -5.0, 5.5], [0.0, 10.0, 0.0], [3.0, 0.0, 0.0], dark, emission(3e6));
+        let world = World::new(scene);
+        let dir = Vec3::new(1.0, 0.0, 1.0).normalize();
+        let start =
+            Start { origin: Vec3::new(0.5, 0.0, 0.1), dir, arrival: Arrival::Full, depth: 1, worth: 0.0 };
+        let one = |i| {
+            let mut sampler = Sampler::new(3, i, 0);
+            Walker::path(&world).field_radiance(start, &mut sampler, &mut Tally::default()).luminance()
+        };
+        // A tenth at normal incidence, up to a seventh at this one. Ended by what they are worth, nine rays in ten would bring nothing.
+        assert!((30.0..180.0).contains(&one(0)), "{}", one(0));
+        for i in 1..64 {
+            assert!((one(i) / one(0) - 1.0).abs() < 1e-5, "{} and {}", one(i), one(0));
+        }
+    }
 }

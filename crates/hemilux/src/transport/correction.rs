@@ -32,7 +32,7 @@ const GENERATIONS: u32 = 5;
 /// Single images that are picked at a vertex: in the mean so many times the share of caustics there, by its zone, ...
 const PICKS: f32 = 4.0;
 /// ... within these. Paths that end on no zones pick a fixed number.
-const PICKS_WITHIN: (f32, f32) = (1.0, 2.0);
+const PICKS_WITHIN: (f32, f32) = (0.3, 2.0);
 const PATH_PICKS: f32 = 4.0;
 /// Stream of a vertex's residual below the walk's own random numbers.
 const RESIDUAL_STREAM: u32 = 0xc0_44ec;
@@ -174,10 +174,11 @@ impl<'a> Walker<'a> {
             let own = guide.map_or(own, |g| g.density(picked.w, own));
             let density = picks * picked.density;
             let most = self.max_depth.min(super::LONGEST_WALK).saturating_sub(depth + 1);
-            let from = (s.leave(picked.w), picked.w);
-            let met = radiance_by_chain(self.world, from, picked.name, most, sampler, tally);
+            let from = s.leave(picked.w);
+            let (met, likely) = radiance_by_chain(self.world, from, &picked, most, sampler, tally);
             if !met.is_black() {
-                sum += f * met * (power_heuristic(density, own) / (self.residual.density * density));
+                let weight = power_heuristic(density, own * likely);
+                sum += f * met * (weight / (self.residual.density * density));
             }
         }
         sum

@@ -20,8 +20,8 @@ mod view;
 
 pub(crate) use cones::direction_in_cone;
 pub use cones::{Cones, Lent, MOST};
-pub use exact::Exact;
-pub(crate) use pick::Around;
+pub use exact::{Exact, Turns};
+pub(crate) use pick::{Around, Picked};
 
 use super::file::ZoneFileError;
 use super::kd::{Group, Kd, Placed, morton};

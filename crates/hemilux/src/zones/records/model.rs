@@ -6,6 +6,7 @@
 //! luminaires come close. Where the chain is curved, no place explains the records, and the direction is regressed on the
 //! position instead ([`Linear`]): the slope is the curvature of the wave front, learnt instead of computed.
 
+use super::exact::Turns;
 use super::{Exact, Record};
 use crate::world::outline::{Outline, RIM, ROUNDING};
 use crate::zones::wire::wire;
@@ -24,7 +25,8 @@ pub(super) struct Place {
 wire!(Place { centre, radius });
 wire!(Outline { corner, sides, triangle });
 wire!(Window { centre, normal, axes, outline });
-wire!(Signature { places, windows, roomy, fill, strength, kind });
+wire!(Signature { places, windows, roomy, fill, strength, kind, turns });
+wire!(Turns { bits });
 wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
@@ -223,6 +225,8 @@ pub(super) struct Signature {
     pub strength: f32,
     /// 1 if the source is a bright zone, 0 if it is a luminaire.
     pub kind: u8,
+    /// Which way the chain goes at each interface.
+    pub turns: Turns,
 }
 
 /// A patch may move so much of its half-width against the image, and a way may differ by so much of its length, before
@@ -343,6 +347,7 @@ impl Signature {
             fill: exact.fill,
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
             kind: records[0].of_zone as u8,
+            turns: exact.turns,
         }
     }
 }

@@ -84,6 +84,7 @@ impl Eight {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Turns;
     use super::super::model::Place;
     use super::*;
 
@@ -99,6 +100,7 @@ mod tests {
             fill: 1.0,
             strength: 1.0,
             kind: 0,
+            turns: Turns::NONE,
         }
     }
 

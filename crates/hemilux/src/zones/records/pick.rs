@@ -10,7 +10,8 @@
 
 use super::direction_in_cone;
 use super::view::height_of;
-use super::{Candidate, NONE, Records};
+use super::{Candidate, NONE, Records, Turns};
+use crate::images::LONGEST;
 use hemilux_scene::geom::Vec3;
 use std::f32::consts::TAU;
 use std::sync::OnceLock;
@@ -47,7 +48,10 @@ impl Picks {
 /// The images of a leaf.
 fn images_of(records: &Records, leaf: usize) -> Box<[Image]> {
     let here = records.in_cell(leaf).iter().zip(records.first[leaf]..);
-    let of_luminaire = |c: &Candidate| records.signatures[c.signature as usize].kind == 0;
+    let of_luminaire = |c: &Candidate| {
+        let signature = &records.signatures[c.signature as usize];
+        signature.kind == 0 && signature.turns.count().is_some_and(|n| n as usize <= LONGEST)
+    };
     let image = |(c, candidate): (&Candidate, u32)| Image {
         signature: c.signature,
         candidate,
@@ -85,6 +89,8 @@ pub(crate) struct Around<'a> {
 pub(crate) struct Picked {
     /// The signature it is meant for.
     pub name: u32,
+    /// Which way its chain goes at each interface.
+    pub turns: Turns,
     /// Unit.
     pub w: Vec3,
     /// Over solid angle, of this direction for this signature.
@@ -110,7 +116,11 @@ impl Around<'_> {
         let others = self.of(image.signature).iter().filter(|i| i.candidate != image.candidate);
         let own = image.share / (TAU * height);
         let density = own + others.map(|i| self.density_of(i, w)).sum::<f32>();
-        Some(Picked { name: self.records.names[image.signature as usize], w, density })
+        let (name, turns) = (
+            self.records.names[image.signature as usize],
+            self.records.signatures[image.signature as usize].turns,
+        );
+        Some(Picked { name, turns, w, density })
     }
 
     /// The density over solid angle of direction unit `w` for signature `name`.
