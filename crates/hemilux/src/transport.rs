@@ -10,10 +10,14 @@
 //! (path − zone) / q is added, whose expectation is what the zone gets wrong; a vertex that does not trust its zone takes
 //! nothing from it. Unbiased for the whole light transport, whatever the zones are. Paths that light particles can lead (a
 //! solution at hand, and no zone to end on) draw their directions from a [`crate::guide`].
+//!
+//! A luminaire at the end of a chain of mirrors and glass is hundreds of times brighter than what such a chain is worth elsewhere, so no chance
+//! decides whether a weak chain is followed: gather rays, and paths that pick images, go both ways at the first interfaces of glass
+//! ([`fork`]), and roulette leaves short chains alone.
 
 mod correction;
 
-use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::bsdf::{Branch, Bsdf, Transport as Quantity};
 use crate::gather::Gathered;
 use crate::guide::{Guide, Next, images};
 use crate::images::{Chain, FORKS, Origin, fork, likelihood};
@@ -29,8 +33,7 @@ use hemilux_scene::geom::Vec3;
 pub const ZONE_TRUST: f32 = 2.0;
 /// Scattering events before Russian roulette may end a walk.
 const ROULETTE_FROM: u32 = 3;
-/// Nor does it end a chain of mirrors and glass that is no longer: a luminaire at its end is hundreds of times brighter than what
-/// throughput is worth elsewhere.
+/// Nor does it end a chain of mirrors and glass that is no longer.
 const UNJUDGED: usize = 8;
 /// No walk is longer; reached with probability below 1e-20 unless nothing absorbs.
 const LONGEST_WALK: u32 = 4096;
@@ -368,36 +371,24 @@ impl<'a> Walker<'a> {
                     self.virtual_direct(&s, on, guide.as_ref(), (around, *picks), wo, depth, sampler, tally);
                 radiance += beta * found;
             }
-            if picked.is_some()
-                && chain.length() < FORKS
-                && let Some(branches) = fork(on, wo)
-            {
-                for branch in branches {
-                    let wi = s.frame.to_world(branch.wi).normalize();
-                    if s.is_front(wi) != (branch.wi.z > 0.0) {
-                        continue;
-                    }
-                    let mut chain = chain;
-                    chain.pass(self.world, &s, branch.transmitted, 1.0);
-                    tally.rays += 1;
-                    let origin = s.leave(wi);
-                    let on = Way {
-                        origin,
-                        dir: wi,
-                        hit: self.world.closest(origin, wi, f32::INFINITY),
-                        arrival: if let Arrival::Unlit = arrival { arrival } else { Arrival::Full },
-                        depth: depth + 1,
-                        picked,
-                        beta: beta * branch.weight,
-                        after_chain,
-                        in_chain: true,
-                        chain,
-                        travelled,
-                        later,
-                        worth: worth * branch.weight.max() * branch.eta * branch.eta,
-                    };
-                    radiance += self.follow(on, unit, sampler, tally);
-                }
+            let forks = (picked.is_some() || self.zones.is_some() && !later) && chain.length() < FORKS;
+            if forks && let Some(ways) = fork(on, wo) {
+                let here = Way {
+                    origin,
+                    dir,
+                    hit,
+                    arrival,
+                    depth,
+                    picked,
+                    beta,
+                    after_chain,
+                    in_chain,
+                    chain,
+                    travelled,
+                    later,
+                    worth,
+                };
+                radiance += self.both_ways(&s, ways, here, unit, sampler, tally);
                 break;
             }
             let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
@@ -444,6 +435,44 @@ impl<'a> Walker<'a> {
             (origin, dir) = (s.leave(wi), wi);
             tally.rays += 1;
             hit = self.world.closest(origin, dir, f32::INFINITY);
+        }
+        radiance
+    }
+
+    /// What comes along `way` by both ways at glass at `s`, where it has come.
+    fn both_ways(
+        &self,
+        s: &Surface,
+        ways: [(Branch, f32); 2],
+        way: Way<'a>,
+        unit: f32,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let mut radiance = Rgb::BLACK;
+        for (branch, followed) in ways {
+            let wi = s.frame.to_world(branch.wi).normalize();
+            let is_taken = followed >= 1.0 || sampler.next1() < followed;
+            if !is_taken || s.is_front(wi) != (branch.wi.z > 0.0) {
+                continue;
+            }
+            let weight = branch.weight * (1.0 / followed);
+            let (origin, mut chain) = (s.leave(wi), way.chain);
+            chain.pass(self.world, s, branch.transmitted, followed);
+            tally.rays += 1;
+            let on = Way {
+                origin,
+                dir: wi,
+                hit: self.world.closest(origin, wi, f32::INFINITY),
+                arrival: if let Arrival::Unlit = way.arrival { way.arrival } else { Arrival::Full },
+                depth: way.depth + 1,
+                beta: way.beta * weight,
+                in_chain: true,
+                chain,
+                worth: way.worth * weight.max() * branch.eta * branch.eta,
+                ..way
+            };
+            radiance += self.follow(on, unit, sampler, tally);
         }
         radiance
     }
