@@ -87,11 +87,6 @@ impl Origin<'_> {
     }
 }
 
-/// The branches of the delta lobes of `bsdf` from local `wo`.
-fn branches(bsdf: &Bsdf, wo: Vec3) -> impl Iterator<Item = Branch> + '_ {
-    bsdf.lobes().iter().flat_map(move |l| l.branches(wo, Quantity::Radiance)).flatten()
-}
-
 /// Interfaces of a chain at which a ray goes both ways where there are two.
 pub(crate) const FORKS: usize = 4;
 
@@ -124,7 +119,7 @@ pub(crate) fn likelihood(bsdf: &Bsdf, wo: Vec3, transmitted: bool, passed: usize
         return ways.iter().filter(|w| w.0.transmitted == transmitted).map(|w| w.1).sum();
     }
     let (mut meant, mut all) = (0.0, 0.0);
-    for b in branches(bsdf, wo) {
+    for b in bsdf.branches(wo, Quantity::Radiance) {
         let weight = b.weight.max();
         all += weight;
         meant += if b.transmitted == transmitted { weight } else { 0.0 };
@@ -169,7 +164,7 @@ pub(crate) fn radiance_by_chain(
         let Some(s) = hit else { return (Rgb::BLACK, 1.0) };
         let bsdf = world.bsdf(&s);
         let wo = s.frame.to_local(s.wo);
-        let meant = || branches(&bsdf, wo).filter(|b| b.transmitted == transmitted);
+        let meant = || bsdf.branches(wo, Quantity::Radiance).filter(|b| b.transmitted == transmitted);
         // One, as a rule.
         let all: f32 = meant().map(|b| b.weight.max()).sum();
         let mut left = sampler.next1() * all;

@@ -507,6 +507,11 @@ impl Bsdf {
         self.sum_albedo(wo, |lobe| lobe.kind() == LobeClass::Diffuse && lobe.is_transmissive())
     }
 
+    /// All outcomes of the delta lobes from local `wo` ([`Lobe::branches`]).
+    pub fn branches(&self, wo: Vec3, t: Transport) -> impl Iterator<Item = Branch> + '_ {
+        self.lobes().iter().flat_map(move |l| l.branches(wo, t)).flatten()
+    }
+
     /// Directional-hemispherical albedo of everything, as flux: a cheap estimate for Russian roulette and feature buffers, with the
     /// Fresnel term of the mean plane for rough metals and dielectrics.
     pub fn albedo(&self, wo: Vec3) -> Rgb {

@@ -559,8 +559,7 @@ impl Finds {
 
 /// Part of the radiance that a specular interface sends the way a particle took.
 fn kept_by(bsdf: &Bsdf, wo: Vec3, transmitted: bool) -> f32 {
-    let branches = bsdf.lobes().iter().flat_map(|l| l.branches(wo, Quantity::Flux)).flatten();
-    branches
+    bsdf.branches(wo, Quantity::Flux)
         .filter(|b| (b.wi.z * wo.z < 0.0) == transmitted)
         .map(|b| b.weight.luminance())
         .sum::<f32>()
