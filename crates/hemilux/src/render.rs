@@ -477,7 +477,11 @@ impl<'a> Renderer<'a> {
                 }
             };
             let mut branch = sampler.branch(k);
-            shone += self.specular_tree(&ray, first, &mut scatters, &mut branch, tally) * ray.weight;
+            let own = self.specular_tree(&ray, first, &mut scatters, &mut branch, tally) * ray.weight;
+            shone += match first.is_some_and(|s| self.is_curved(&s)) {
+                true => self.shone_around([x, y], glances::place(u_film, k), u_lens, own, &mut branch, tally),
+                false => own,
+            };
         }
         let places = match glances::differ(&seen, most) || !self.is_crowded(&seen, most) {
             true if !report && glances::are_steep(&mut seen) => glances::COUNT as u32,
@@ -512,6 +516,34 @@ impl<'a> Renderer<'a> {
             + shone * (1.0 / glances::COUNT as f32)
             + glances::expected_more(&mut seen, places);
         out
+    }
+
+    /// Whether mirrors or glass are curved at `s`: there lamps are seen small and in many places.
+    fn is_curved(&self, s: &Surface) -> bool {
+        self.world.bsdf(s).has_delta() && self.world.flat_outline(s).is_none()
+    }
+
+    /// The mean of `own`, what shone at `u` of a pixel where something [is curved](Self::is_curved), and of what shines around it
+    /// ([`glances::mean_around`]).
+    fn shone_around(
+        &self,
+        [x, y]: [u32; 2],
+        u: [f32; 2],
+        u_lens: [f32; 2],
+        own: Rgb,
+        sampler: &mut Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let steps = std::array::from_fn(|_| sampler.next2());
+        glances::mean_around(u, own, steps, |to| {
+            let ray = self.lens.ray(x, y, to, u_lens);
+            tally.rays += 1;
+            let first = self.world.closest(ray.origin, ray.dir, f32::INFINITY);
+            first.is_some_and(|s| self.is_curved(&s)).then(|| {
+                let mut nothing = |_: &Surface, _: &Bsdf, _: Rgb, _: &mut Sampler, _: &mut Tally| {};
+                self.specular_tree(&ray, first, &mut nothing, sampler, tally) * ray.weight
+            })
+        })
     }
 
     /// Whether so many images are listed where one of the `places` would gather that pointing their cones at a second place costs more than it

@@ -131,6 +131,9 @@ pub struct World {
     bound: (Vec3, f32),
 }
 
+/// Least cosine between the geometric and the shading normal of what is flat.
+const PARALLEL: f32 = 0.99999;
+
 impl World {
     /// Build the ray-tracing structure and the list of luminaires.
     pub fn new(scene: Scene) -> World {
@@ -351,6 +354,11 @@ impl World {
             hemilux_accel::NO_INSTANCE => *own,
             i => self.placements[i as usize].moved(own),
         })
+    }
+
+    /// The same, if mirrors and glass there behave as if flat, too.
+    pub(crate) fn flat_outline(&self, s: &Surface) -> Option<outline::Outline> {
+        self.outline(s).filter(|_| s.ng.dot(s.frame.n).abs() > PARALLEL)
     }
 
     /// The outlines in the world of all flat pieces of shapes that reflect or refract other than diffusely.

@@ -28,6 +28,8 @@ pub struct Incidence {
     pub dir: Vec3,
     /// Luminance of the flux, weighted by how much the prediction is meant to mind it.
     pub flux: f32,
+    /// Signature of the record of it, if there is one.
+    pub recorded: Option<u32>,
 }
 
 /// A node of a quadtree: what its four quadrants hold, and where they are cut further.
@@ -301,7 +303,7 @@ mod tests {
                 let wide = Vec3::new(d.x, d.y, d.z);
                 let narrow = bright.to_world(Vec3::new(0.05 * d.x, 0.05 * d.y, 1.0)).normalize();
                 let dir = if i % 2 == 0 { wide } else { narrow };
-                Incidence { p: Vec3::new(b.u, b.v, 0.0), n: Vec3::Z, dir, flux: 1.0 }
+                Incidence { p: Vec3::new(b.u, b.v, 0.0), n: Vec3::Z, dir, flux: 1.0, recorded: None }
             })
             .collect()
     }

@@ -6,6 +6,7 @@
 //! or drawn as a coloured mesh ([`mesh::write_ply`]).
 
 pub mod aim;
+mod apparent;
 mod bright;
 pub mod broad;
 pub mod field;
@@ -148,6 +149,7 @@ impl Zones {
     fn of(world: &World, map: ZoneMap, deposits: &Deposits, mut finds: Finds) -> Zones {
         prospect::send(world, &map, deposits.bright(), deposits.particles, &mut finds);
         finds.records.append(&mut finds.zone_records);
+        finds.weigh();
         let records = Arc::new(Records::new(finds.records, &finds.exact));
         let field = Arc::new(Field::new(finds.incidences));
         let n = deposits.particles.max(1) as f64;

@@ -9,6 +9,7 @@
 //! was emitted equals what was absorbed plus what escaped ([`Ledger`]).
 
 use super::aim::{Aim, Start, Trial};
+use super::apparent::Apparent;
 use super::bright::{Bright, BrightSource};
 use super::field::Incidence;
 use super::map::{ZoneMap, ZonePlace};
@@ -145,8 +146,11 @@ pub fn most(particles: u64) -> usize {
     (particles / 2).clamp(1 << 20, 1 << 21) as usize
 }
 
-/// What a recorded arrival weighs there: cones look for the same, so broad strata need to mind it less.
+/// What a recorded arrival weighs there where its signature is recorded often: cones look for the same, so broad strata need to mind it
+/// less. ...
 const RECORDED: f32 = 0.25;
+/// ... Where that is recorded seldom, others like it are not recorded at all.
+const SELDOM: u32 = 8;
 /// What an arrival through mirrors and glass weighs that is not recorded, for its source is large (a panel, a sky): beside every
 /// direction that leads to the source are others that do not (other facets, the other branch), so rays there bring much or nothing,
 /// and the best density goes by the root of the mean square. 8 gains 5 % more where 4 gains 20.
@@ -288,10 +292,10 @@ impl Deposits {
     }
 
     /// What a particle that scatters at a zone comes from for the records: nothing unless the zone is bright.
-    fn zone_source(&self, map: &ZoneMap, place: &ZonePlace, b: &BsdfSample, kept: f32) -> Source {
+    fn zone_source(&self, map: &ZoneMap, place: &ZonePlace, b: &BsdfSample, kept: f32, from: Vec3) -> Source {
         let Some(source) = self.bright.of(place.zone * 2 + place.side) else { return Source::none() };
         let area = map.areas()[place.zone as usize] * b.wi.z.abs();
-        Source::of_bright(source, Some(area), b.transmitted, kept)
+        Source::of_bright(source, Some(area), b.transmitted, kept, from)
     }
 
     /// The zones that outshine the scene.
@@ -337,7 +341,7 @@ impl Deposits {
         let (mut origin, mut dir, mut flux) = (e.origin, e.dir, e.flux);
         // Whether it last scattered at a bright zone.
         let (mut bounce, mut chain, mut shone) = (0u32, false, false);
-        let mut source = Source::of_luminaire(world, e.luminaire);
+        let mut source = Source::of_luminaire(world, e.luminaire, e.origin);
         for _ in 0..LONGEST_LIFE {
             if flux.is_black() {
                 return trial;
@@ -405,13 +409,13 @@ impl Deposits {
             flux = kept;
             if b.delta {
                 chain = true;
-                source.pass(world, &s, &bsdf, wo, b.transmitted);
+                source.pass(world, &s, &bsdf, wi, &b);
             } else {
                 bounce += 1;
                 chain = false;
                 shone = here.is_some_and(|place| self.bright.has(place.zone));
                 source = match here {
-                    Some(place) => self.zone_source(map, &place, &b, left),
+                    Some(place) => self.zone_source(map, &place, &b, left, s.p),
                     None => Source::none(),
                 };
             }
@@ -447,12 +451,15 @@ pub(super) struct Source {
     previous: f32,
     /// What its flat surfaces say.
     exact: Exact,
+    /// Where the middle of the source is known and all surfaces so far were flat.
+    apparent: Option<Apparent>,
 }
 
 impl Source {
     fn none() -> Source {
         Source {
             exact: Exact::default(),
+            apparent: None,
             known: false,
             signature: Key::new(0),
             class: Key::new(0),
@@ -465,7 +472,13 @@ impl Source {
 
     /// A bright zone that scatters `kept` of what it receives. `area`: of the zone as seen from where the way leads, for those that no
     /// outline says how large they are seen: against the ball around it.
-    pub(super) fn of_bright(bright: &BrightSource, area: Option<f32>, through: bool, kept: f32) -> Source {
+    pub(super) fn of_bright(
+        bright: &BrightSource,
+        area: Option<f32>,
+        through: bool,
+        kept: f32,
+        from: Vec3,
+    ) -> Source {
         let ball = std::f32::consts::PI * bright.radius * bright.radius;
         let filled = match area.filter(|_| bright.outline.is_none()) {
             Some(area) => (area / ball.max(f32::MIN_POSITIVE)).min(1.0),
@@ -474,6 +487,7 @@ impl Source {
         Source {
             known: true,
             exact: Exact::of(bright.outline.map(|_| bright.centre), bright.outline, 1.0),
+            apparent: bright.outline.map(|_| Apparent { distance: 0.0, aside: bright.centre - from }),
             signature: Key::new(1 << 40 | (bright.name as u64) << 1 | through as u64),
             radius: bright.radius,
             strength: bright.radiance * kept * filled,
@@ -481,9 +495,14 @@ impl Source {
         }
     }
 
-    pub(super) fn of_luminaire(world: &World, luminaire: u32) -> Source {
+    /// Of `luminaire`, from the point `from` of it.
+    pub(super) fn of_luminaire(world: &World, luminaire: u32, from: Vec3) -> Source {
         match world.luminaires.identity(&world.scene, luminaire) {
             Some((name, radius, distance)) => Source {
+                apparent: world
+                    .luminaires
+                    .place(luminaire)
+                    .map(|at| Apparent { distance: 0.0, aside: at.centre - from }),
                 known: true,
                 signature: Key::new(name as u64),
                 class: Key::new(name as u64),
@@ -500,11 +519,14 @@ impl Source {
         }
     }
 
-    /// Go through the specular interface at `s`.
-    pub(super) fn pass(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, wo: Vec3, transmitted: bool) {
+    /// Go by the specular interface at `s` and on along unit `on`, as `next` says.
+    pub(super) fn pass(&mut self, world: &World, s: &Surface, bsdf: &Bsdf, on: Vec3, next: &BsdfSample) {
         if self.known {
+            let (wo, transmitted) = (s.frame.to_local(s.wo), next.transmitted);
             self.length += s.t;
-            self.previous = s.t;
+            let flat = world.flat_outline(s).is_some();
+            self.apparent = self.apparent.filter(|_| flat).map(|before| before.pass(s, on, next));
+            self.previous = if self.apparent.is_some() && transmitted { s.t * next.eta } else { s.t };
             self.exact.pass(world.outline(s), s.p, s.ng, transmitted);
             self.strength *= kept_by(bsdf, wo, transmitted);
             self.signature = self.signature.with(world.patch(s)).with(transmitted as u64);
@@ -520,7 +542,8 @@ impl Source {
             n: back,
             dir: back,
             reach: [t, t + self.previous],
-            length: t + self.length,
+            length: t + self.apparent.map_or(self.length, |a| a.distance),
+            aside: self.apparent.map(|a| a.aside),
             signature: self.signature.bits(0),
             class: self.class.bits(0),
             radius: self.radius,
@@ -532,16 +555,30 @@ impl Source {
 }
 
 impl Finds {
+    /// Weigh the recorded arrivals by how often their signatures are recorded.
+    pub(super) fn weigh(&mut self) {
+        let mut counts: HashMap<u32, u32> = HashMap::new();
+        for r in &self.records {
+            *counts.entry(r.signature).or_default() += 1;
+        }
+        for i in &mut self.incidences {
+            if let Some(signature) = i.recorded {
+                let often = counts.get(&signature).is_some_and(|n| *n >= SELDOM);
+                i.flux *= if often { RECORDED } else { 1.0 };
+            }
+        }
+    }
+
     /// An arrival at `s` of `flux` (luminance) from `source` after `bounce` scatterings.
     fn arrival(&mut self, s: &Surface, source: &Source, bounce: u32, flux: f32) {
         let n = s.facing();
-        let recorded = self.record(s, source, bounce > 0, flux);
+        let recorded = self.record(s, source, bounce > 0, flux).then(|| source.signature.bits(0));
         let weight = match recorded {
-            true => RECORDED,
-            false if source.known && source.length > 0.0 => SPOTTED,
-            false => 1.0,
+            Some(_) => 1.0,
+            None if source.known && source.length > 0.0 => SPOTTED,
+            None => 1.0,
         };
-        self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux });
+        self.incidences.push(Incidence { p: s.p, n, dir: s.wo, flux: weight * flux, recorded });
     }
 
     /// A record of it alone, of a bright zone or of a luminaire; not where the source is unknown or looks large.
@@ -569,4 +606,36 @@ fn kept_by(bsdf: &Bsdf, wo: Vec3, transmitted: bool) -> f32 {
 #[inline]
 fn add(sum: &mut [f64; 3], v: Rgb) {
     (0..3).for_each(|c| sum[c] += v[c] as f64);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrivals_weigh_less_where_their_signature_is_recorded_often() {
+        let record = |signature: u32| Record {
+            p: Vec3::ZERO,
+            n: Vec3::Z,
+            dir: Vec3::Z,
+            reach: [1.0; 2],
+            length: 1.0,
+            aside: None,
+            signature,
+            class: 0,
+            radius: 0.01,
+            flux: 1.0,
+            strength: 1.0,
+            of_zone: false,
+        };
+        let incidence = |recorded| Incidence { p: Vec3::ZERO, n: Vec3::Z, dir: Vec3::Z, flux: 2.0, recorded };
+        let mut finds = Finds {
+            records: (0..SELDOM).map(|_| record(5)).chain([record(6)]).collect(),
+            incidences: vec![incidence(Some(5)), incidence(Some(6)), incidence(None)],
+            ..Finds::default()
+        };
+        finds.weigh();
+        let fluxes: Vec<f32> = finds.incidences.iter().map(|i| i.flux).collect();
+        assert_eq!(fluxes, [2.0 * RECORDED, 2.0, 2.0]);
+    }
 }

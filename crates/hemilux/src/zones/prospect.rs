@@ -155,7 +155,7 @@ impl Sending<'_> {
         let power = source.radiance * albedo * zone.outline.area() * wo.z.abs() * across;
         let flux = PART * power * (self.particles as f64 / (probability * self.count as f64)) as f32;
         if flux > 0.0 && flux.is_finite() {
-            self.follow(i, &s, -back, Source::of_bright(source, None, false, albedo), flux, finds);
+            self.follow(i, &s, -back, Source::of_bright(source, None, false, albedo, p), flux, finds);
         }
     }
 
@@ -172,10 +172,9 @@ impl Sending<'_> {
                 }
                 return;
             }
-            let wo = s.frame.to_local(s.wo);
             let u = [0, 1, 2].map(|k| numbers.uniform(3 * depth + k));
             let Some((on, wi, next)) = specular(self.world, &s, Quantity::Flux, u) else { return };
-            source.pass(self.world, &s, &bsdf, wo, next.transmitted);
+            source.pass(self.world, &s, &bsdf, wi, &next);
             (origin, dir) = (on, wi);
         }
     }

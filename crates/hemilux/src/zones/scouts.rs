@@ -173,7 +173,7 @@ struct Sighting {
 /// The image that sightings of one signature come from, if it has a fixed place: if, wherever it was seen from, it was hardly
 /// farther from the mean than the luminaire is wide.
 fn fixed_image(group: &[Sighting]) -> Option<FixedImage> {
-    let point = |s: &Sighting| s.record.p + s.record.dir * s.record.length;
+    let point = |s: &Sighting| s.record.image();
     let centre = (group.iter().map(|s| point(s).as_dvec3()).sum::<DVec3>() / group.len() as f64).as_vec3();
     let spread = group.iter().map(|s| (point(s) - centre).length()).fold(0.0, f32::max);
     let known = group[0].record.radius;
@@ -215,7 +215,7 @@ fn start(world: &World, key: Key, i: u64, bright: f32) -> Option<EmittedParticle
 /// Follow one scout.
 fn scout(world: &World, key: Key, i: u64, e: &EmittedParticle, found: &mut Vec<Sighting>) {
     let flux = e.flux.luminance();
-    let mut source = Source::of_luminaire(world, e.luminaire);
+    let mut source = Source::of_luminaire(world, e.luminaire, e.origin);
     let numbers = key.with(4).with(i);
     let (mut origin, mut dir, mut index) = (e.origin, e.dir, 1.0f32);
     for depth in 0..LONGEST {
@@ -228,7 +228,7 @@ fn scout(world: &World, key: Key, i: u64, e: &EmittedParticle, found: &mut Vec<S
         let Some(s) = hit else { break };
         let u = [0, 1, 2].map(|k| numbers.uniform(3 * depth + k));
         let Some((on, wi, next)) = specular(world, &s, Quantity::Flux, u) else { break };
-        source.pass(world, &s, &world.bsdf(&s), s.frame.to_local(s.wo), next.transmitted);
+        source.pass(world, &s, &world.bsdf(&s), wi, &next);
         index *= next.eta;
         (origin, dir) = (on, wi);
     }

@@ -295,6 +295,7 @@ mod tests {
             dir: to.normalize(),
             reach: [1.0, 1.0],
             length: to.length(),
+            aside: None,
             signature: i,
             class: i,
             radius,

@@ -14,6 +14,8 @@ pub struct Exact {
     pub image: Option<Vec3>,
     /// Outlines of the patch met last, and of the one before it, or of what shines.
     pub outlines: [Option<Outline>; 2],
+    /// Radius of a ball around the patch met before the last one, or around what shines, if that is flat (m).
+    pub before: Option<f32>,
     /// How much of the ball around the image shows it.
     pub fill: f32,
     /// Whether the chain goes through each interface or is reflected.
@@ -50,14 +52,14 @@ impl Turns {
 
 impl Default for Exact {
     fn default() -> Exact {
-        Exact { image: None, outlines: [None; 2], fill: 1.0, turns: Turns::NONE }
+        Exact { image: None, outlines: [None; 2], before: None, fill: 1.0, turns: Turns::NONE }
     }
 }
 
 impl Exact {
     /// A source with its centre (m) and its outline, where they are known.
     pub fn of(centre: Option<Vec3>, outline: Option<Outline>, fill: f32) -> Exact {
-        Exact { image: centre, outlines: [outline, None], fill, turns: Turns::NONE }
+        Exact { image: centre, outlines: [outline, None], before: None, fill, turns: Turns::NONE }
     }
 
     /// Go through an interface at `p` with unit normal `n`, whose patch has `outline` if it is flat.
@@ -65,6 +67,7 @@ impl Exact {
         self.turns = self.turns.then(transmitted);
         let before = self.outlines[0];
         self.outlines[0] = outline;
+        self.before = before.map(|b| b.ball().1);
         let flat_mirror = outline.is_some() && !transmitted;
         self.outlines[1] = before.filter(|_| flat_mirror).map(|b| b.mirrored(p, n));
         self.image = self.image.filter(|_| flat_mirror).map(|image| mirrored(image, p, n));

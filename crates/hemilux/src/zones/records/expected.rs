@@ -171,7 +171,7 @@ impl Expected {
             }
             let signature = &records.signatures[c.signature as usize];
             // Where nobody knows what limits the image, its size says nothing.
-            let known = c.linear != NONE || signature.is_known();
+            let known = c.linear != NONE || signature.is_known() && !c.is_loose();
             let seen = seen * signature.fill;
             let bring = signature.strength * shape.extent(x) * seen * cos.max(0.5 * sin2.sqrt());
             let kind = signature.kind & 1;

@@ -46,8 +46,10 @@ pub struct Record {
     pub dir: Vec3,
     /// Distance along the chain to the patch met last and to the one before it (or the luminaire), m.
     pub reach: [f32; 2],
-    /// Length of the chain (m).
+    /// How far away along the last segment what it comes from seems (m): length of the chain, refracted where that is known.
     pub length: f32,
+    /// From there to the middle of the image (m), where all surfaces of the chain are flat.
+    pub aside: Option<Vec3>,
     /// Luminaire and smooth patches of the chain, hashed.
     pub signature: u32,
     /// Luminaire and shapes of the chain, hashed: signatures of one class have patches of like size.
@@ -60,6 +62,13 @@ pub struct Record {
     pub strength: f32,
     /// Whether it comes from a bright zone, not from a luminaire.
     pub of_zone: bool,
+}
+
+impl Record {
+    /// Where what it comes from seems to be: the middle of the image if that is known, a point of it if not (m).
+    pub(super) fn image(&self) -> Vec3 {
+        self.p + self.dir * self.length + self.aside.unwrap_or(Vec3::ZERO)
+    }
 }
 
 /// A signature that matters in a neighbourhood.
@@ -77,7 +86,16 @@ struct Candidate {
     share: f32,
 }
 
+impl Candidate {
+    /// Whether its image is somewhere within its place, and smaller.
+    fn is_loose(&self) -> bool {
+        self.gates & LOOSE != 0
+    }
+}
+
 const NONE: u32 = u32::MAX;
+/// Among the gates of a candidate: [`Candidate::is_loose`].
+const LOOSE: u8 = 8;
 
 /// All candidates, found by place and facing.
 pub struct Records {
@@ -286,8 +304,7 @@ impl Records {
             let seen = first.radius / first.length;
             // No regression where a fixed place says as much, or where one image explains all records: regressed on few of them a
             // luminaire seen aslant looks smaller than it is.
-            let explained = signature.places[0].radius <= 2.0 * first.radius;
-            if !explained && place > 2.5 * seen * seen {
+            if signature.scattered != 0 && place > 2.5 * seen * seen {
                 near.curved.push(name);
             } else if !signature.is_missed_from(centre, radius) {
                 found.push((candidate, None));
@@ -314,7 +331,7 @@ impl Records {
         let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
         for (name, mut group) in near.curved_records(&self.kd, groups, i) {
             let share = near.shares[name as usize];
-            let mut candidate = self.candidate(name, share, centre);
+            let candidate = self.candidate(name, share, centre);
             let signature = &self.signatures[name as usize];
             let place = signature.places[candidate.best as usize].sin2(centre);
             let mut rest = group.len();
@@ -324,8 +341,8 @@ impl Records {
                 let linear = linear.filter(|l| l.sin2 < 0.7 * place);
                 // What no regression explains is left to the places, once.
                 if linear.is_some() || rest == group.len() && !signature.is_missed_from(centre, radius) {
-                    candidate.gates = if linear.is_some() { 0 } else { candidate.gates };
-                    found.push((Candidate { share: share * part, ..candidate }, linear));
+                    let gates = if linear.is_some() { 0 } else { candidate.gates | LOOSE };
+                    found.push((Candidate { share: share * part, gates, ..candidate }, linear));
                 }
                 rest -= count;
             }
@@ -342,8 +359,9 @@ impl Records {
             sin2[2] = 1.0;
         }
         let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
-        // The ray must pass all that is known; from within a place or close by, it says nothing.
-        let tells = |k: usize| (k != best && sin2[k] < 0.5) as u8;
+        // The ray must pass all that is known; from within a place or close by, it says nothing, unless it is known exactly.
+        let exact = |k: usize| k > 0 && windows[k - 1].is_some_and(|w| w.outline.is_some());
+        let tells = |k: usize| (k != best && (sin2[k] < 0.5 || exact(k))) as u8;
         let gates = (0..3).fold(0, |g, k| g | tells(k) << k);
         Candidate { signature, linear: NONE, best: best as u8, gates, share }
     }
@@ -375,7 +393,11 @@ impl Records {
             if known.binary_search(&name).is_err()
                 && !self.signatures[name as usize].is_missed_from(centre, radius)
             {
-                more.push(self.candidate(name, share, centre));
+                let mut candidate = self.candidate(name, share, centre);
+                if self.signatures[name as usize].scattered != 0 {
+                    candidate.gates |= LOOSE;
+                }
+                more.push(candidate);
             }
         }
         more.sort_by(|a, b| promise(b).total_cmp(&promise(a)).then(a.signature.cmp(&b.signature)));
@@ -402,7 +424,7 @@ impl Records {
             (c.signature as usize) < self.signatures.len()
                 && (c.linear == NONE || (c.linear as usize) < self.linears.len())
                 && c.best < 3
-                && c.gates < 8
+                && c.gates < 2 * LOOSE
         };
         !self.first.is_empty()
             && self.kd.is_sound(self.first.len() - 1)
@@ -543,6 +565,7 @@ mod tests {
                     dir: to.normalize(),
                     reach: [0.5 * to.length(), to.length()],
                     length: to.length(),
+                    aside: None,
                     signature: 7,
                     class: 7,
                     radius: 0.002,
@@ -567,5 +590,50 @@ mod tests {
                 assert!((w - to).length() < 2.0 * 0.002 / image.length(), "tight: {w} against {to}");
             }
         }
+    }
+
+    /// Images of a lamp in the narrow side of a table top: from over the top, close by, no ray leads there, though
+    /// the top lies within the ball around the side.
+    #[test]
+    fn what_a_patch_close_by_does_not_show_is_not_expected() {
+        use crate::world::outline::Outline;
+        let image = Vec3::new(0.0, -0.3, 1.9);
+        let side = Outline {
+            corner: Vec3::new(-0.8, 0.55, 0.71),
+            sides: [Vec3::X * 1.6, Vec3::Z * 0.04],
+            triangle: false,
+        };
+        let below = Vec3::new(0.0, 1.1, 0.0);
+        let mut all = flat(image, 0.02, 20);
+        for r in &mut all {
+            r.p += below;
+            (r.dir, r.length) = ((image - r.p).normalize(), (image - r.p).length());
+            r.reach = [0.4 * r.length, r.length];
+        }
+        let seen = |x: Vec3| {
+            let exact = Exact { outlines: [Some(side), None], ..Exact::of(Some(image), None, 1.0) };
+            let records = Records::new(all.clone(), &HashMap::from([(7, exact)]));
+            Cones::new(&records, x, Vec3::Z).len()
+        };
+        let above = Vec3::new(0.0, 0.2, 0.75);
+        assert_eq!([seen(below), seen(above)], [1, 0]);
+    }
+
+    /// One image that is known, and as much flux from all over a lens: the lens is not taken for a luminaire as large as it looks.
+    #[test]
+    fn what_no_image_explains_leaves_room_for_one_that_is_known() {
+        let image = Vec3::new(1.0, 0.4, 2.0);
+        let mut all = flat(image, 0.2, 64);
+        let all_over = flat(Vec3::Z, 0.2, 64).into_iter().enumerate().map(|(i, r)| {
+            let u = sobol(i as u32, Key::new(9));
+            let dir = Vec3::new(u.u - 0.5, u.v - 0.5, 1.0).normalize();
+            Record { dir, reach: [0.3, 0.5], length: 1.0, signature: 8, class: 8, radius: 0.02, ..r }
+        });
+        all.extend(all_over);
+        let records = Records::new(all, &HashMap::new());
+        let cones = Cones::new(&records, Vec3::ZERO, Vec3::Z);
+        let known = cones.iter().filter(|c| (c.0 - image.normalize()).length() < 0.01).map(|c| c.2);
+        let share: f32 = known.sum();
+        assert!(share > 0.6, "{share}");
     }
 }

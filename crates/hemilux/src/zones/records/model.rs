@@ -25,17 +25,16 @@ pub(super) struct Place {
 wire!(Place { centre, radius });
 wire!(Outline { corner, sides, triangle });
 wire!(Window { centre, normal, axes, outline });
-wire!(Signature { places, windows, roomy, fill, strength, kind, turns });
+wire!(Signature { places, windows, roomy, fill, strength, kind, centred, scattered, turns });
 wire!(Turns { bits });
 wire!(Linear { p, frame, slope, sin2 });
 
 impl Place {
     const ANYWHERE: Place = Place { centre: Vec3::ZERO, radius: f32::INFINITY };
 
-    /// Around the points at distance `reach` along the records; `known` is the radius that records come from, if known.
-    fn fit(records: &[Record], reach: impl Fn(&Record) -> f32, known: Option<f32>) -> Place {
+    /// Around the `point`s of the records; `known` is the radius of what they come from, if known.
+    fn fit(records: &[Record], point: impl Fn(&Record) -> Vec3, known: Option<f32>) -> Place {
         let n = records.len() as f32;
-        let point = |r: &Record| r.p + r.dir * reach(r);
         // In double precision: of 100,000 like terms a single-precision sum loses 1 %, more than a small image is wide.
         let centre = (records.iter().map(|r| point(r).as_dvec3()).sum::<DVec3>() / n as f64).as_vec3();
         let spread = records.iter().map(|r| (point(r) - centre).length_squared()).fold(0.0, f32::max).sqrt();
@@ -49,6 +48,14 @@ impl Place {
             None => shown * 1.05,
         };
         if centre.is_finite() { Place { centre, radius } } else { Place::ANYWHERE }
+    }
+
+    /// Around the image whose middle each of the records knows, but for what refraction at planes adds where they lie apart.
+    fn around_middles(records: &[Record]) -> Place {
+        let n = records.len() as f64;
+        let centre = (records.iter().map(|r| r.image().as_dvec3()).sum::<DVec3>() / n).as_vec3();
+        let spread = records.iter().map(|r| (r.image() - centre).length_squared()).fold(0.0, f32::max).sqrt();
+        Place { centre, radius: MIDDLE * records[0].radius + spread }
     }
 
     /// Squared sine of the half-angle at which it is seen from `x`; 1 from inside and where nothing is known.
@@ -142,6 +149,16 @@ impl Window {
         Some(Window { centre, normal, axes, outline: Some(*outline) })
     }
 
+    /// Whether it is known exactly, and all within `radius` of `x` lies on the same side of its plane as the image: no ray leads there
+    /// through it.
+    fn is_before(&self, x: Vec3, radius: f32, image: &Place) -> bool {
+        let side = |p: Vec3, radius: f32| {
+            let off = self.normal.dot(p - self.centre);
+            if off.abs() > radius { off.signum() } else { 0.0 }
+        };
+        self.outline.is_some() && side(x, radius) * side(image.centre, image.radius) > 0.0
+    }
+
     /// How much larger than it seems it is taken to be.
     fn margin(&self) -> f32 {
         if self.outline.is_some() { 1.0 } else { ROOMY }
@@ -207,6 +224,13 @@ const WHOLE: f32 = 0.9;
 const TRIANGULAR: f32 = 0.5;
 /// Images and windows that records show are taken to be this much larger than they seem: too wide costs less than too narrow.
 const ROOMY: f32 = 1.1;
+/// Images whose middle is known are taken to be this much larger than their luminaire, for prisms stretch them.
+const MIDDLE: f32 = 1.1;
+/// Where few records show a signature
+/// the patch before the last counts as so much larger, for its neighbours, unrecorded, show the same.
+const SIBLINGS: f32 = 2.5;
+/// Records whose images lie within so many radii of the luminaire show one and the same.
+const EXPLAINED: f32 = 2.0;
 /// Turns that are tried for a window.
 const TURNS: u32 = 12;
 
@@ -225,6 +249,10 @@ pub(super) struct Signature {
     pub strength: f32,
     /// 1 if the source is a bright zone, 0 if it is a luminaire.
     pub kind: u8,
+    /// 1 if every record knows the middle of the image.
+    pub centred: u8,
+    /// 1 if no one image explains the records.
+    pub scattered: u8,
     /// Which way the chain goes at each interface.
     pub turns: Turns,
 }
@@ -269,7 +297,8 @@ pub(super) fn fit_classes(signatures: &mut [Signature], groups: &[&mut [Record]]
 impl Signature {
     /// Whether it is known where the image is and what limits it.
     pub fn is_known(&self) -> bool {
-        self.places.iter().all(|p| p.radius.is_finite())
+        let [image, last, before] = self.places.map(|p| p.radius.is_finite());
+        image && last && (before || self.centred != 0)
     }
 
     /// Whether it is known that the image is not seen from anywhere within `radius` of `x`: some patch of the chain lies
@@ -289,6 +318,7 @@ impl Signature {
             // How far the ray to the image moves at the patch when `x` does.
             let slack = 1.5 * radius * (1.0 - along / distance).abs();
             match self.windows[k] {
+                Some(window) if window.is_before(x, radius, &self.places[0]) => true,
                 Some(window) => {
                     along > 1.5 * radius && window.part(x, axis, angle * self.roomy, slack).is_none()
                 }
@@ -318,6 +348,7 @@ impl Signature {
 
     pub fn fit(records: &[Record], exact: &Exact) -> Signature {
         let n = records.len() as f32;
+        let centred = records[0].aside.is_some();
         let outlines = exact.outlines.map(|o| o.map(|o| o.with_rim()));
         let exactly = outlines.map(|o| o.as_ref().and_then(Window::of));
         let window = |k: usize| {
@@ -331,14 +362,26 @@ impl Signature {
                 let (centre, radius) = outline.ball();
                 Place { centre, radius }
             }
-            None => Place::fit(records, |r| r.reach[k], None),
+            None => {
+                let mut place = Place::fit(records, |r| r.p + r.dir * r.reach[k], None);
+                if k == 1
+                    && centred
+                    && records.len() < SHOWN
+                    && let Some(radius) = exact.before
+                {
+                    let sum = records.iter().map(|r| r.p + r.dir * r.reach[1]).sum::<Vec3>();
+                    place = Place { centre: sum / n, radius: SIBLINGS * radius };
+                }
+                place
+            }
         };
         let (image, roomy) = match exact.image {
             Some(centre) => {
                 let rim = ROUNDING * centre.abs().max_element();
                 (Place { centre, radius: (1.0 + RIM) * records[0].radius + rim }, 1.0)
             }
-            None => (Place::fit(records, |r| r.length, Some(records[0].radius)), ROOMY),
+            None if centred => (Place::around_middles(records), ROOMY),
+            None => (Place::fit(records, Record::image, Some(records[0].radius)), ROOMY),
         };
         Signature {
             windows: [window(0), window(1)],
@@ -347,6 +390,8 @@ impl Signature {
             fill: exact.fill,
             strength: records.iter().map(|r| r.strength).sum::<f32>() / n,
             kind: records[0].of_zone as u8,
+            centred: centred as u8,
+            scattered: (image.radius > EXPLAINED * records[0].radius) as u8,
             turns: exact.turns,
         }
     }

@@ -100,6 +100,8 @@ mod tests {
             fill: 1.0,
             strength: 1.0,
             kind: 0,
+            centred: 0,
+            scattered: 0,
             turns: Turns::NONE,
         }
     }

@@ -4,12 +4,14 @@
 //! is tightest; what other patches of the chain leave of it is judged at a few points of it.
 
 use super::model::Signature;
-use super::{Candidate, NONE, Records};
+use super::{Candidate, LOOSE, NONE, Records};
 use crate::world::outline::Outline;
 use hemilux_scene::geom::{Frame, Vec3};
 
 /// No cone is wider than this (1 − cos): there an image is only guessed at.
 const WIDEST: f32 = 0.15;
+/// What is guessed of a place that shows an image somewhere.
+const LOOSELY: f32 = 1e-3;
 /// An image that is seen from elsewhere in the spot only counts this much.
 const BESIDE: f32 = 0.05;
 
@@ -123,8 +125,9 @@ impl Records {
                 radius2: places[best].radius * places[best].radius,
             },
         };
-        let mut tightest = View { shape: whole, seen: 1.0 };
-        if c.gates == 0 {
+        let loosely = if c.is_loose() { LOOSELY } else { 1.0 };
+        let mut tightest = View { shape: whole, seen: loosely };
+        if c.gates & !LOOSE == 0 {
             return Some(tightest);
         }
         let mut extent = whole.extent(x);
@@ -157,7 +160,7 @@ impl Records {
                         let part = window.part(x, axis, angle * roomy, 0.0);
                         let shown = part.map_or(BESIDE * wide.shown, |p| p.shown);
                         let seen = shown / (wide.distance * wide.distance * std::f32::consts::TAU * size);
-                        tightest = View { shape, seen: seen.min(1.0) };
+                        tightest = View { shape, seen: seen.min(1.0) * loosely };
                     }
                 }
                 // Both balls must lie on one ray.
