@@ -284,60 +284,47 @@ impl<'a> Walker<'a> {
     }
 
     /// What comes along `way`. `unit`: [`Start::worth`] of the walk.
-    fn follow(&self, way: Way<'a>, unit: f32, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
-        let Way { mut origin, mut dir, mut hit, mut arrival, mut depth, mut picked, .. } = way;
-        let Way {
-            mut beta,
-            mut after_chain,
-            mut in_chain,
-            mut chain,
-            mut travelled,
-            mut later,
-            mut worth,
-            ..
-        } = way;
+    fn follow(&self, mut way: Way<'a>, unit: f32, sampler: &mut Sampler, tally: &mut Tally) -> Rgb {
         let mut radiance = Rgb::BLACK;
         loop {
-            let Some(s) = hit else {
-                let counts = if in_chain { after_chain } else { Rgb::WHITE };
-                let sky = match picked.filter(|_| in_chain) {
-                    Some(from) => self.sky_by(origin, dir, |i| from.share(self.world, &chain, i)),
-                    None => self.sky(origin, dir, arrival),
+            let Some(s) = way.hit else {
+                let sky = match way.picked.filter(|_| way.in_chain) {
+                    Some(from) => self.sky_by(way.origin, way.dir, |i| from.share(self.world, &way.chain, i)),
+                    None => self.sky(way.origin, way.dir, way.arrival),
                 };
-                tally.note(in_chain, later, sky);
-                if !later {
-                    tally.straight += (beta * counts * sky).luminance();
-                }
-                radiance += beta * counts * sky;
+                radiance += way.brings(sky, tally);
                 break;
             };
-            travelled += s.t;
+            way.travelled += s.t;
             if s.luminaire != NO_LUMINAIRE {
-                let counts = if in_chain { after_chain } else { Rgb::WHITE };
-                let mut emission = self.emission(&s, arrival);
-                if let Some(from) = picked.filter(|_| in_chain) {
-                    emission *= from.share(self.world, &chain, s.luminaire);
+                let mut emission = self.emission(&s, way.arrival);
+                if let Some(from) = way.picked.filter(|_| way.in_chain) {
+                    emission *= from.share(self.world, &way.chain, s.luminaire);
                 }
-                tally.note(in_chain, later, emission);
-                if !later {
-                    tally.straight += (beta * counts * emission).luminance();
-                }
-                radiance += beta * counts * emission;
+                radiance += way.brings(emission, tally);
             }
-            if depth >= self.max_depth.min(LONGEST_WALK) {
+            if way.depth >= self.max_depth.min(LONGEST_WALK) {
                 break;
             }
             let bsdf = self.world.bsdf(&s);
             let wo = s.frame.to_local(s.wo);
-            if in_chain && after_chain != Rgb::WHITE && self.is_bright(&s, &bsdf) {
-                beta *= after_chain;
-                if beta.is_black() {
+            if way.in_chain && way.after_chain != Rgb::WHITE && self.is_bright(&s, &bsdf) {
+                way.beta *= way.after_chain;
+                if way.beta.is_black() {
                     break;
                 }
             }
-            let (zonal, going_on) =
-                self.end_on_zone(&s, &bsdf, wo, travelled, depth, unit * beta.max(), sampler, tally);
-            radiance += beta * zonal;
+            let (zonal, going_on) = self.end_on_zone(
+                &s,
+                &bsdf,
+                wo,
+                way.travelled,
+                way.depth,
+                unit * way.beta.max(),
+                sampler,
+                tally,
+            );
+            radiance += way.beta * zonal;
             let narrow;
             let on = match going_on {
                 GoingOn::NarrowLobes => {
@@ -364,31 +351,25 @@ impl<'a> Walker<'a> {
             };
             let around = around.map(|around| (around, self.picks_at(&s)));
             if on.has_non_delta() {
-                radiance += beta * self.direct(&s, &at, on, guide.as_ref(), wo, sampler, tally);
+                radiance += way.beta * self.direct(&s, &at, on, guide.as_ref(), wo, sampler, tally);
             }
             if let Some((around, picks)) = &around {
-                let found =
-                    self.virtual_direct(&s, on, guide.as_ref(), (around, *picks), wo, depth, sampler, tally);
-                radiance += beta * found;
+                let found = self.virtual_direct(
+                    &s,
+                    on,
+                    guide.as_ref(),
+                    (around, *picks),
+                    wo,
+                    way.depth,
+                    sampler,
+                    tally,
+                );
+                radiance += way.beta * found;
             }
-            let forks = (picked.is_some() || self.zones.is_some() && !later) && chain.length() < FORKS;
+            let forks =
+                (way.picked.is_some() || self.zones.is_some() && !way.later) && way.chain.length() < FORKS;
             if forks && let Some(ways) = fork(on, wo) {
-                let here = Way {
-                    origin,
-                    dir,
-                    hit,
-                    arrival,
-                    depth,
-                    picked,
-                    beta,
-                    after_chain,
-                    in_chain,
-                    chain,
-                    travelled,
-                    later,
-                    worth,
-                };
-                radiance += self.both_ways(&s, ways, here, unit, sampler, tally);
+                radiance += self.both_ways(&s, ways, way, unit, sampler, tally);
                 break;
             }
             let Some(next) = sample(&s, on, guide.as_ref(), wo, sampler) else { break };
@@ -397,44 +378,45 @@ impl<'a> Walker<'a> {
             if s.is_front(wi) != (next.wi.z > 0.0) {
                 break;
             }
-            let before = beta.max();
-            beta *= next.weight;
+            let before = way.beta.max();
+            way.beta *= next.weight;
             // Refraction squeezes radiance and lets it go again: no reason to die in between.
-            worth *= match guide.is_some() && !next.delta {
+            way.worth *= match guide.is_some() && !next.delta {
                 true => on.albedo(wo).max(),
-                false => beta.max() / before * next.eta * next.eta,
+                false => way.beta.max() / before * next.eta * next.eta,
             };
-            depth += 1;
+            way.depth += 1;
             if next.delta {
-                in_chain = true;
-                let likely = match picked {
-                    Some(_) => likelihood(&bsdf, wo, next.transmitted, chain.length()),
+                way.in_chain = true;
+                let likely = match way.picked {
+                    Some(_) => likelihood(&bsdf, wo, next.transmitted, way.chain.length()),
                     None => 1.0,
                 };
-                chain.pass(self.world, &s, next.transmitted, likely);
-                arrival = if let Arrival::Unlit = arrival { arrival } else { Arrival::Full };
+                way.chain.pass(self.world, &s, next.transmitted, likely);
+                way.arrival = if let Arrival::Unlit = way.arrival { way.arrival } else { Arrival::Full };
             } else {
-                arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
-                in_chain = false;
-                chain = Chain::new();
-                picked = around.map(|(around, picks)| Origin { around, picks, w: wi, density: next.density });
-                travelled = 0.0;
-                later = true;
-                after_chain = match going_on {
+                way.arrival = Arrival::Shared { from: at, rays: next.density, samples: 1.0 };
+                way.in_chain = false;
+                way.chain = Chain::new();
+                way.picked =
+                    around.map(|(around, picks)| Origin { around, picks, w: wi, density: next.density });
+                way.travelled = 0.0;
+                way.later = true;
+                way.after_chain = match going_on {
                     GoingOn::WithoutCaustic => narrow_share(on, wo, next.wi),
                     _ => Rgb::WHITE,
                 };
             }
-            if beta.is_black() {
+            if way.beta.is_black() {
                 break;
             }
-            let exempt = next.delta && chain.length() <= UNJUDGED;
-            if !exempt && !roulette(&mut beta, &mut worth, depth, sampler) {
+            let exempt = next.delta && way.chain.length() <= UNJUDGED;
+            if !exempt && !roulette(&mut way.beta, &mut way.worth, way.depth, sampler) {
                 break;
             }
-            (origin, dir) = (s.leave(wi), wi);
+            (way.origin, way.dir) = (s.leave(wi), wi);
             tally.rays += 1;
-            hit = self.world.closest(origin, dir, f32::INFINITY);
+            way.hit = self.world.closest(way.origin, way.dir, f32::INFINITY);
         }
         radiance
     }
@@ -617,6 +599,19 @@ struct Way<'a> {
     /// What the walk would weigh, were its directions drawn by scattering alone: roulette by `beta` would end just those
     /// that were led to something bright.
     worth: f32,
+}
+
+impl Way<'_> {
+    /// What it brings of what `shines` where it has come.
+    fn brings(&self, shines: Rgb, tally: &mut Tally) -> Rgb {
+        let counts = if self.in_chain { self.after_chain } else { Rgb::WHITE };
+        let brought = self.beta * counts * shines;
+        tally.note(self.in_chain, self.later, shines);
+        if !self.later {
+            tally.straight += brought.luminance();
+        }
+        brought
+    }
 }
 
 /// What a walk still has to follow behind a vertex.
