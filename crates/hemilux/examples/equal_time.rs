@@ -136,10 +136,12 @@ fn main() -> Result<(), Failure> {
             println!("       | surprise {u:.4}, of pilots {seen:?}");
         }
         let flies = fireflies(&image, &references.whole, 20.0)?;
+        let (flies, unsure): (Vec<_>, Vec<_>) = flies.into_iter().partition(|at| references.counts(*at));
         println!(
-            "       | fireflies (above 20 x their 5 x 5 median) {} {:?}",
+            "       | fireflies (above 20 x their 5 x 5 median) {} {:?}; where the reference does not count {:?}",
             flies.len(),
-            &flies[..flies.len().min(6)]
+            &flies[..flies.len().min(6)],
+            &unsure[..unsure.len().min(6)]
         );
         let prefix = option("save", "");
         if !prefix.is_empty() {
@@ -177,6 +179,12 @@ impl References {
             false => None,
         };
         Ok(References { whole: hemilux_image::read(path)?, halves, mask })
+    }
+
+    /// Whether the mask has this pixel.
+    fn counts(&self, [x, y]: [usize; 2]) -> bool {
+        let value = self.mask.as_ref().and_then(|mask| mask.rgb_at(x, y));
+        value.is_none_or(|rgb| rgb[0] > 0.5)
     }
 
     fn compare(&self, image: &Image) -> Result<hemilux_image::metrics::Comparison, Failure> {
