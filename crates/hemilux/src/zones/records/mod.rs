@@ -359,9 +359,8 @@ impl Records {
             sin2[2] = 1.0;
         }
         let best = (0..3).fold(0, |b, k| if sin2[k] < sin2[b] { k } else { b });
-        // The ray must pass all that is known; from within a place or close by, it says nothing, unless it is known exactly.
-        let exact = |k: usize| k > 0 && windows[k - 1].is_some_and(|w| w.outline.is_some());
-        let tells = |k: usize| (k != best && (sin2[k] < 0.5 || exact(k))) as u8;
+        // The ray must pass all that is known; from within a place or close by, it says nothing.
+        let tells = |k: usize| (k != best && sin2[k] < 0.5) as u8;
         let gates = (0..3).fold(0, |g, k| g | tells(k) << k);
         Candidate { signature, linear: NONE, best: best as u8, gates, share }
     }
@@ -393,11 +392,7 @@ impl Records {
             if known.binary_search(&name).is_err()
                 && !self.signatures[name as usize].is_missed_from(centre, radius)
             {
-                let mut candidate = self.candidate(name, share, centre);
-                if self.signatures[name as usize].scattered != 0 {
-                    candidate.gates |= LOOSE;
-                }
-                more.push(candidate);
+                more.push(self.candidate(name, share, centre));
             }
         }
         more.sort_by(|a, b| promise(b).total_cmp(&promise(a)).then(a.signature.cmp(&b.signature)));

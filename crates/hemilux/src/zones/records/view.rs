@@ -127,14 +127,20 @@ impl Records {
         };
         let loosely = if c.is_loose() { LOOSELY } else { 1.0 };
         let mut tightest = View { shape: whole, seen: loosely };
-        if c.gates & !LOOSE == 0 {
-            return Some(tightest);
-        }
         let mut extent = whole.extent(x);
         let image = Shape::Ball { centre: places[0].centre, radius2: places[0].radius * places[0].radius };
         let distance = (places[0].centre - x).length();
         let axis = (places[0].centre - x) / distance;
         let angle = (places[0].radius / distance).min(1.0);
+        // What is known exactly is asked from close by, too, though only whether it shows anything.
+        for k in (1..3).filter(|k| c.gates >> k & 1 == 0 && best != *k) {
+            let Some(window) = windows[k - 1].filter(|w| w.outline.is_some()) else { continue };
+            let along = (places[k].centre - x).dot(axis);
+            window.part(x, axis, angle * roomy, radius * (1.0 - along / distance).abs())?;
+        }
+        if c.gates & !LOOSE == 0 {
+            return Some(tightest);
+        }
         // Which window the shape is cut from.
         let mut from = best;
         for k in (1..3).filter(|k| (c.gates | 1 << c.best) >> k & 1 != 0) {
