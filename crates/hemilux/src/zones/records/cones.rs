@@ -165,6 +165,21 @@ impl Cones {
         for (pieces, flats) in expected.pieces.iter().zip(&mut self.flats) {
             pieces.aimed(x, flats);
         }
+        // Pieces that follow a regression are put where that says, a block at a time.
+        for of_block in expected.long.chunk_by(|a, b| a.0 as usize / LANES == b.0 as usize / LANES) {
+            let block = (of_block[0].0 as usize - expected.flat) / LANES;
+            let mut pieces = expected.pieces[block];
+            for &(k, linear) in of_block {
+                let (k, linear) = (k as usize, &linears[linear as usize]);
+                let Some(outline) = linear.rectangle(x) else { continue };
+                pieces.put(k % LANES, &outline, share[k] * 2.0 * std::f32::consts::PI);
+                let axis = linear.dir(x);
+                (ax[k], ay[k], az[k]) = (axis.x, axis.y, axis.z);
+                let [a, b] = outline.sides;
+                height[k] = 0.25 * (a.length_squared() + b.length_squared());
+            }
+            pieces.aimed(x, &mut self.flats[block]);
+        }
         self.bound_blocks();
     }
 

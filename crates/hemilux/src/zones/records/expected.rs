@@ -10,6 +10,7 @@ use super::cones::{LANES, MOST};
 use super::flat::Pieces;
 use super::view::{Shape, View};
 use super::{Identity, NONE, Records};
+use crate::world::outline::Outline;
 use hemilux_scene::geom::Vec3;
 use std::cell::RefCell;
 
@@ -123,8 +124,9 @@ pub(super) struct Expected {
     pub round: usize,
     /// The flat ones.
     pub pieces: Vec<Pieces>,
-    /// Those that follow a regression.
+    /// Those that follow a regression, round and flat.
     pub linears: Vec<(u32, u32)>,
+    pub long: Vec<(u32, u32)>,
     pub effective: f32,
     /// How many times as many rays as usual it takes to meet the luminaires among them.
     pub need: f32,
@@ -141,6 +143,8 @@ struct Found {
     kind: u8,
     share: f32,
     linear: u32,
+    /// Its rectangle here, if that follows a regression.
+    long: Option<Outline>,
 }
 
 impl Expected {
@@ -152,6 +156,7 @@ impl Expected {
             .chain([&mut self.radius2, &mut self.share, &mut self.cumulative])
             .for_each(Vec::clear);
         self.linears.clear();
+        self.long.clear();
         self.pieces.clear();
         self.found.clear();
         let grain = records.grains[spot.cell as usize];
@@ -176,7 +181,16 @@ impl Expected {
             let bring = signature.strength * shape.extent(x) * seen * cos.max(0.5 * sin2.sqrt());
             let kind = signature.kind & 1;
             let bring = if known { bring } else { 0.0 };
-            self.found.push(Found { shape, bring, seen, kind, share: c.share, linear: c.linear });
+            let linear = records.linears.get(c.linear as usize);
+            let long = linear.and_then(|l| l.rectangle(x));
+            // A rectangle has less room beside the image than the cone.
+            let seen = match long {
+                Some(outline) => {
+                    (seen * shape.extent(x) / Shape::Flat(outline).extent(x).max(f32::MIN_POSITIVE)).min(1.0)
+                }
+                None => seen,
+            };
+            self.found.push(Found { shape, bring, seen, kind, share: c.share, linear: c.linear, long });
         }
         // One block may be left half empty.
         const ROOM: usize = MOST - LANES;
@@ -220,21 +234,28 @@ impl Expected {
                 all.push(v);
             }
         };
-        for f in found.iter().filter(|f| matches!(f.shape, Shape::Ball { .. })) {
+        let piece = |f: &Found| match (&f.shape, f.long) {
+            (Shape::Flat(outline), _) => Some(*outline),
+            (_, long) => long,
+        };
+        for f in found.iter().filter(|f| piece(f).is_none()) {
             if f.linear != NONE {
                 self.linears.push((self.share.len() as u32, f.linear));
             }
             put(self, f.shape.ball(), share(f));
         }
         self.round = self.share.len();
-        if found.iter().any(|f| matches!(f.shape, Shape::Flat(_))) {
+        if found.iter().any(|f| piece(f).is_some()) {
             while !self.share.len().is_multiple_of(LANES) {
                 put(self, (Vec3::ZERO, 0.0), 0.0);
             }
         }
         self.flat = self.share.len();
         for f in &found {
-            if let Shape::Flat(outline) = &f.shape {
+            if let Some(outline) = &piece(f) {
+                if f.long.is_some() {
+                    self.long.push((self.share.len() as u32, f.linear));
+                }
                 let lane = (self.share.len() - self.flat) % LANES;
                 if lane == 0 {
                     self.pieces.push(Pieces::NONE);

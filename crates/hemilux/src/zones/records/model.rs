@@ -27,7 +27,7 @@ wire!(Outline { corner, sides, triangle });
 wire!(Window { centre, normal, axes, outline });
 wire!(Signature { places, windows, roomy, fill, strength, kind, centred, scattered, turns });
 wire!(Turns { bits });
-wire!(Linear { p, frame, slope, sin2 });
+wire!(Linear { p, frame, slope, sin2, long });
 
 impl Place {
     const ANYWHERE: Place = Place { centre: Vec3::ZERO, radius: f32::INFINITY };
@@ -407,12 +407,19 @@ pub(super) struct Linear {
     slope: [[f32; 2]; 2],
     /// Squared sine of the half-angle that holds what the slope leaves.
     pub sin2: f32,
+    /// Where that is far longer than wide, its half-axes in the frame (radians).
+    long: Option<[[f32; 2]; 2]>,
 }
 
 /// Records that a regression needs.
 const ENOUGH: usize = 8;
 /// A cone reaches this many root mean squares (per axis) of what a regression leaves: 2 would be the edge of an even disk.
 const REACH: f32 = 2.8;
+
+/// A rectangle reaches so many along each of its axes (an even bar: 1.7), ...
+const LONG_REACH: f32 = 2.4;
+/// ... and is used instead of a cone where one is so many times the other.
+const LONG: f32 = 2.0;
 
 impl Linear {
     /// The regression of `group`, if it is large enough and spread out.
@@ -425,14 +432,21 @@ impl Linear {
         let frame = Frame::from_normal(group.iter().map(|r| r.dir).sum::<Vec3>().try_normalize()?);
         let plane = |v: Vec3| [frame.s.dot(v), frame.t.dot(v)];
         let slope = regress(group, p, &plane)?;
-        let off = |r: &Record| {
+        let mut spread = [0f32; 3];
+        for r in group {
             let (x, d) = (plane(r.p - p), plane(r.dir));
-            (0..2).map(|i| (d[i] - slope[i][0] * x[0] - slope[i][1] * x[1]).powi(2)).sum::<f32>()
-        };
-        let variance = 0.5 * group.iter().map(off).sum::<f32>() / (count - 3.0);
+            let off = [0, 1].map(|i: usize| d[i] - slope[i][0] * x[0] - slope[i][1] * x[1]);
+            spread[0] += off[0] * off[0];
+            spread[1] += off[1] * off[1];
+            spread[2] += off[0] * off[1];
+        }
+        let [xx, yy, xy] = spread.map(|s| s / (count - 3.0));
+        let variance = 0.5 * (xx + yy);
         // The residual itself is uncertain: wider where records are few.
-        let angle = REACH * variance.sqrt() * (1.0 + 1.5 / (count - 3.0).sqrt());
-        Some(Linear { p, frame, slope, sin2: (angle * angle).min(1.0) })
+        let unsure = 1.0 + 1.5 / (count - 3.0).sqrt();
+        let angle = REACH * variance.sqrt() * unsure;
+        let long = longish([xx, yy, xy], LONG_REACH * unsure);
+        Some(Linear { p, frame, slope, sin2: (angle * angle).min(1.0), long })
     }
 
     /// The regressions of the images that `group` holds: one, or up to four where a fold shows the luminaire several times
@@ -456,6 +470,13 @@ impl Linear {
         if all < 0.5 * whole.map_or(1.0, |l| l.sin2) { parts } else { vec![(whole, group.len())] }
     }
 
+    /// What holds it as a rectangle 1 m from `x`, where it is long.
+    pub fn rectangle(&self, x: Vec3) -> Option<Outline> {
+        let [a, b] = self.long?.map(|[u, v]| self.frame.s * u + self.frame.t * v);
+        let corner = x + self.dir(x) - a - b;
+        Some(Outline { corner, sides: [a * 2.0, b * 2.0], triangle: false })
+    }
+
     /// The direction at `x`, unit.
     #[inline]
     pub fn dir(&self, x: Vec3) -> Vec3 {
@@ -465,6 +486,20 @@ impl Linear {
         let b = self.slope[1][0] * u + self.slope[1][1] * v;
         (self.frame.n + self.frame.s * a + self.frame.t * b).normalize()
     }
+}
+
+/// The half-axes of the rectangle that reaches so many root mean squares along the axes of a spread (variances, covariance), if one is far longer
+/// than the other.
+fn longish([xx, yy, xy]: [f32; 3], reach: f32) -> Option<[[f32; 2]; 2]> {
+    let (mean, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
+    let (most, least) = (mean + half, (mean - half).max(1e-3 * mean));
+    if !(least * LONG * LONG < most) {
+        return None;
+    }
+    let turn = 0.5 * (2.0 * xy).atan2(xx - yy);
+    let (sin, cos) = turn.sin_cos();
+    let (a, b) = (reach * most.sqrt(), reach * least.sqrt());
+    Some([[a * cos, a * sin], [-b * sin, b * cos]])
 }
 
 /// Order records so that two clusters of direction follow one another (two-means); returns the length of the first.
@@ -517,4 +552,51 @@ fn regress(group: &[Record], p: Vec3, plane: &impl Fn(Vec3) -> [f32; 2]) -> Opti
             [0, 1].map(|j: usize| (dx[i][0] * inverse[0][j] + dx[i][1] * inverse[1][j]) as f32)
         }),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hemiquad::points::{Key, sobol};
+
+    /// Arrivals from a bar a tenth as thick as it is long, whose image turns as the place does, and ones from a disk.
+    fn arrivals(thick: f32) -> Vec<Record> {
+        let one = |i: u32| {
+            let (a, b) = (sobol(i, Key::new(1)), sobol(i, Key::new(2)));
+            let p = Vec3::new(a.u - 0.5, a.v - 0.5, 0.0) * 0.1;
+            let (along, across) = (0.1 * (b.u - 0.5), 0.1 * thick * (b.v - 0.5));
+            // Aslant in the frame.
+            let (u, v) = (0.8 * along - 0.6 * across, 0.6 * along + 0.8 * across);
+            let dir = Vec3::new(0.3 + u + 2.0 * p.x, v - p.y, 1.0).normalize();
+            let (reach, aside) = ([0.5; 2], None);
+            let (signature, class, radius, flux, strength, of_zone) = (7, 7, 0.05, 1.0, 1.0, false);
+            let length = 1.0;
+            let n = Vec3::Z;
+            Record { p, n, dir, reach, length, aside, signature, class, radius, flux, strength, of_zone }
+        };
+        (0..128).map(one).collect()
+    }
+
+    #[test]
+    fn a_long_image_gets_a_rectangle_that_follows_its_place() {
+        let bar = Linear::fit(&arrivals(0.1)).expect("a regression");
+        let area = |l: &Linear| l.rectangle(Vec3::ZERO).map(|o| o.area());
+        // The cone around it: 1 - cos of the half-angle is half its squared sine.
+        let cone = std::f32::consts::PI * bar.sin2;
+        assert!(area(&bar).is_some_and(|a| a < 0.35 * cone), "{:?} of {cone}", area(&bar));
+        let holds = |l: &Linear, r: &Record, from: Vec3| {
+            let Some(Outline { corner, sides, .. }) = l.rectangle(from) else { return false };
+            let n = sides[0].cross(sides[1]);
+            let met = r.dir * (n.dot(corner - from) / n.dot(r.dir)) + from - corner;
+            sides.iter().all(|s| (0.0..=1.0).contains(&(met.dot(*s) / s.length_squared())))
+        };
+        let all = arrivals(0.1);
+        let held = all.iter().filter(|r| holds(&bar, r, r.p)).count();
+        assert!(held >= 126, "{held} of 128");
+        // Negative control: one that stays where it is.
+        let stays = all.iter().filter(|r| holds(&Linear { slope: [[0.0; 2]; 2], ..bar }, r, r.p)).count();
+        assert!(stays < 64, "{stays} of 128");
+        // A round one keeps its cone.
+        assert!(Linear::fit(&arrivals(1.0)).is_some_and(|l| l.long.is_none()));
+    }
 }
