@@ -493,7 +493,7 @@ impl Linear {
 fn longish([xx, yy, xy]: [f32; 3], reach: f32) -> Option<[[f32; 2]; 2]> {
     let (mean, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
     let (most, least) = (mean + half, (mean - half).max(1e-3 * mean));
-    if !(least * LONG * LONG < most) {
+    if least * LONG * LONG >= most || !most.is_finite() {
         return None;
     }
     let turn = 0.5 * (2.0 * xy).atan2(xx - yy);
