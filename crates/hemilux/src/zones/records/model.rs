@@ -226,8 +226,7 @@ const TRIANGULAR: f32 = 0.5;
 const ROOMY: f32 = 1.1;
 /// Images whose middle is known are taken to be this much larger than their luminaire, for prisms stretch them.
 const MIDDLE: f32 = 1.1;
-/// Where few records show a signature
-/// the patch before the last counts as so much larger, for its neighbours, unrecorded, show the same.
+/// Where few records show a signature, the patch before the last counts as so much larger: its neighbours, unrecorded, show the same.
 const SIBLINGS: f32 = 2.5;
 /// Records whose images lie within so many radii of the luminaire show one and the same.
 const EXPLAINED: f32 = 2.0;
