@@ -8,7 +8,7 @@
 
 use hemilux::gather::{GatherPlan, Strategy};
 use hemilux::render::{Mode, RenderOptions, Renderer};
-use hemilux::residual::{PAIR_SHARE, Pair, Study};
+use hemilux::residual::{PAIR_SHARE, Pair};
 use hemilux::world::World;
 use hemilux::zones::{ZoneOptions, Zones};
 use hemilux_scene::import::{LoadOptions, load};
@@ -82,6 +82,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "rays: zonal {:.1}, residuals at a share of 1 {residual:.1}; {time:.2?} for all pairs",
         zonal as f64 / n
     );
-    println!("{:?}", Study::of(&pairs));
+    println!("{:?}", renderer.study([0, width, 0, height], pairs.len()));
     Ok(())
 }

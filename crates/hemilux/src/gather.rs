@@ -9,8 +9,10 @@
 //! A [`Strategy`] decides the strata; everything else is shared.
 
 mod draws;
+mod sharing;
 
 pub use draws::{Stratum, draws};
+pub(crate) use sharing::{Found, share};
 
 use crate::bsdf::{Bsdf, Lobe, LobeClass, MAX_LOBES, Transport as Quantity};
 use crate::hints::Looks;
@@ -201,20 +203,7 @@ pub fn gather_part(
     sampler: &mut Sampler,
     tally: &mut Tally,
 ) -> Gathered {
-    let at = Point { part, ..Point::new(walker, s, bsdf, plan) };
-    let mut radiance = at.by_cones(sampler, tally);
-    let by_shadow_rays = at.by_shadow_rays(sampler, tally);
-    for (k, lobe) in bsdf.lobes().iter().enumerate() {
-        if at.broad.own[k] > 0 {
-            radiance += at.by_lobe(k, lobe, sampler, tally);
-        }
-    }
-    radiance += at.by_prediction(sampler, tally);
-    if !at.looks.cones().is_empty() {
-        radiance += at.by_hints(sampler, tally);
-        walker.world.hints.note_gather((radiance + by_shadow_rays).luminance() / part.of as f32);
-    }
-    tally.gathered_by(radiance, radiance + by_shadow_rays)
+    Point::new(walker, s, bsdf, plan, part).gather(sampler, tally)
 }
 
 /// One over the surface radiance that the zone at `s` expects, for walks whose residuals are to be shared out by what they bring; 0
@@ -241,7 +230,7 @@ fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
 }
 
 /// A gather under way.
-struct Point<'a> {
+pub(crate) struct Point<'a> {
     walker: &'a Walker<'a>,
     s: &'a Surface,
     receiver: Receiver,
@@ -259,7 +248,13 @@ struct Point<'a> {
 
 impl<'a> Point<'a> {
     /// The strata at `s`, nothing traced yet.
-    fn new(walker: &'a Walker, s: &'a Surface, bsdf: &'a Bsdf, plan: &'a GatherPlan) -> Point<'a> {
+    pub(crate) fn new(
+        walker: &'a Walker,
+        s: &'a Surface,
+        bsdf: &'a Bsdf,
+        plan: &'a GatherPlan,
+        part: Part,
+    ) -> Point<'a> {
         let wo = s.frame.to_local(s.wo);
         let steer = walker.guide().filter(|_| plan.strategy == Strategy::Adaptive);
         let broad = Broad::new(steer, s, bsdf, wo, plan.rays);
@@ -272,20 +267,31 @@ impl<'a> Point<'a> {
         let looks = walker.world.hints.looks(&receiver, plan.rays);
         let rays = broad.own.iter().sum::<u32>() + broad.guided + cone_rays;
         let worth = rays as f32 * worth(walker, s, bsdf, wo);
-        Point {
-            walker,
-            s,
-            receiver,
-            bsdf,
-            wo,
-            broad,
-            cones,
-            cone_rays,
-            looks,
-            plan,
-            part: Part::WHOLE,
-            worth,
+        Point { walker, s, receiver, bsdf, wo, broad, cones, cone_rays, looks, plan, part, worth }
+    }
+
+    /// Trace all rays of the part.
+    pub(crate) fn gather(&self, sampler: &mut Sampler, tally: &mut Tally) -> Gathered {
+        let mut radiance = self.by_cones(sampler, tally);
+        let by_shadow_rays = self.by_shadow_rays(sampler, tally);
+        for (k, lobe) in self.bsdf.lobes().iter().enumerate() {
+            if self.broad.own[k] > 0 {
+                radiance += self.by_lobe(k, lobe, sampler, tally);
+            }
         }
+        radiance += self.by_prediction(sampler, tally);
+        if !self.looks.cones().is_empty() {
+            radiance += self.by_hints(sampler, tally);
+            let hints = &self.walker.world.hints;
+            hints.note_gather((radiance + by_shadow_rays).luminance() / self.part.of as f32);
+        }
+        tally.gathered_by(radiance, radiance + by_shadow_rays)
+    }
+
+    /// [`Start::worth`] of a ray of BRDF × cosine `f`, drawn with `density` rays per steradian.
+    #[inline]
+    fn worth(&self, f: Rgb, density: f32) -> f32 {
+        f.luminance() / (density * self.part.of as f32) * self.worth
     }
 
     /// Rays of the part times density per steradian at world direction `w`, local `wi`, over all strata but the shadow rays.
@@ -378,7 +384,8 @@ impl<'a> Point<'a> {
         }
         let samples = self.part.mean(self.plan.shadow_rays);
         let arrival = Arrival::Shared { from: self.receiver, rays: density, samples };
-        let worth = f.luminance() / (density * self.part.of as f32) * self.worth;
+        tally.density = density;
+        let worth = self.worth(f, density);
         let start = Start { origin: self.s.leave(w), dir: w, arrival, depth: 1, worth };
         let value = f * self.walker.field_radiance(start, sampler, tally) * (1.0 / density);
         tally.brought(value, f.luminance() * tally.straight / density);

@@ -9,7 +9,7 @@ use self::glances::Seen;
 use crate::adaptive::Rates;
 use crate::bsdf::Bsdf;
 use crate::film::{Film, Sample, Tile};
-use crate::gather::{GatherPlan, Gathered, Part, Strategy, gather, gather_part};
+use crate::gather::{GatherPlan, Gathered, Part, Point, Strategy, gather, share};
 use crate::residual::{Pair, Study, pairs, study};
 use crate::sampler::Sampler;
 use crate::transport::{Arrival, Residual, Start, Tally, Walker};
@@ -111,6 +111,68 @@ pub struct Outcome {
     pub complete: bool,
 }
 
+/// A camera sample to take.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// Across and down.
+    at: [u32; 2],
+    /// Its address.
+    pixel: u64,
+    pass: u32,
+}
+
+/// Pixels that are computed together: a square of the picture, or what of it lies within.
+struct Block {
+    x: Range<u32>,
+    y: Range<u32>,
+}
+
+impl Block {
+    fn new([x, y]: [u32; 2], across: u32, size: [u32; 2]) -> Block {
+        Block { x: x..(x + across).min(size[0]), y: y..(y + across).min(size[1]) }
+    }
+
+    fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.y.clone().flat_map(|y| self.x.clone().map(move |x| [x, y]))
+    }
+}
+
+/// Where a glance would gather.
+struct Spot {
+    glance: u32,
+    s: Surface,
+    bsdf: Bsdf,
+    /// What its radiance counts: by mirrors and glass on the way, and by the camera.
+    weight: (Rgb, f32),
+    plan: GatherPlan,
+}
+
+/// What the glances of one camera sample see.
+struct Look {
+    /// All but the radiance.
+    out: Sample,
+    shone: Rgb,
+    seen: Vec<Seen>,
+    /// Those that gather.
+    found: Vec<Spot>,
+    /// How many glances gather, and which part of the rays is the first one's.
+    places: u32,
+    turn: u32,
+    /// The numbers that are left.
+    sampler: Sampler,
+}
+
+/// A gather that shares residuals.
+struct Sharer {
+    /// Which of the pixels it is for.
+    pixel: usize,
+    place: u32,
+    /// What its radiance counts there.
+    weight: Rgb,
+    /// Residuals found when it was done.
+    until: usize,
+}
+
 /// A renderer of one picture.
 #[derive(Clone)]
 pub struct Renderer<'a> {
@@ -131,6 +193,8 @@ pub struct Renderer<'a> {
 
 /// Share of residuals where nobody has measured what pays.
 pub const DEFAULT_SHARE: f32 = 0.1;
+/// Pixels across and down that share residuals.
+const SHARERS: u32 = 4;
 /// Seconds of work between two looks at clock and user.
 const PORTION: f64 = 0.5;
 /// Within this many radii of their zones, surfaces that a pixel spans share what is expected of them.
@@ -143,6 +207,9 @@ const MOST_BRANCHES: usize = 16;
 const LONGEST_CHAIN: u32 = 128;
 
 impl<'a> Renderer<'a> {
+    /// Pixels that share residuals.
+    pub(crate) const SHARING: u32 = SHARERS * SHARERS;
+
     /// Prepare to render onto films of `width` × `height`. Modes zonal and zones need `zones`; path ignores it.
     pub fn new(
         world: &'a World,
@@ -211,12 +278,12 @@ impl<'a> Renderer<'a> {
 
     /// Study the zones' bias, and what residuals would cost, by `pairs` camera samples of `region`.
     pub fn study(&self, region: [u32; 4], pairs: usize) -> Study {
-        study(self, &self.lens, region, pairs, self.options.seed)
+        study(self, region, pairs, self.options.seed)
     }
 
     /// The pairs of such a study, of any options.
     pub fn pairs(&self, region: [u32; 4], count: usize) -> Vec<Pair> {
-        pairs(self, &self.lens, region, count, self.options.seed)
+        pairs(self, region, count, self.options.seed)
     }
 
     /// The residuals.
@@ -321,7 +388,7 @@ impl<'a> Renderer<'a> {
                 None => passes.clone(),
             };
             for gap in tile.missing(samples) {
-                let n = self.tile(tile, width, gap.clone());
+                let n = self.tile(tile, gap.clone());
                 rays.fetch_add(n, Ordering::Relaxed);
                 // A gap is what the tile lacks, so this cannot fail.
                 let _ = tile.cover(gap);
@@ -329,14 +396,22 @@ impl<'a> Renderer<'a> {
         });
     }
 
-    fn tile(&self, tile: &mut Tile, width: u32, passes: Range<u32>) -> u64 {
+    fn tile(&self, tile: &mut Tile, passes: Range<u32>) -> u64 {
         let mut tally = Tally::default();
-        for i in 0..tile.pixels.len() as u32 {
-            let (x, y) = (tile.x0 + i % tile.width, tile.y0 + i / tile.width);
-            let pixel = y as u64 * width as u64 + x as u64;
-            let several = self.world.hints.samples(x, y, self.size);
-            for pass in passes.clone() {
-                tile.pixels[i as usize].add(&self.pixel([x, y], pixel, pass, several, &mut tally));
+        let across = self.across();
+        let first = |at: u32| at / across * across;
+        let (right, bottom) = (tile.x0 + tile.width, tile.y0 + tile.height);
+        for y in (first(tile.y0)..bottom).step_by(across as usize) {
+            for x in (first(tile.x0)..right).step_by(across as usize) {
+                let block = Block::new([x, y], across, self.size);
+                for pass in passes.clone() {
+                    let samples = self.together(&block, pass, &mut tally);
+                    for ([x, y], sample) in block.pixels().zip(&samples) {
+                        if (tile.x0..right).contains(&x) && (tile.y0..bottom).contains(&y) {
+                            tile.pixels[((y - tile.y0) * tile.width + x - tile.x0) as usize].add(sample);
+                        }
+                    }
+                }
             }
         }
         for (sum, part) in self.surprise.iter().zip([tally.gathered, tally.surprise]) {
@@ -345,35 +420,87 @@ impl<'a> Renderer<'a> {
         tally.rays
     }
 
-    /// Pass `pass` of a pixel: the mean of `several` camera samples (more than one where a hint asks for it).
-    fn pixel(&self, [x, y]: [u32; 2], pixel: u64, pass: u32, several: u32, tally: &mut Tally) -> Sample {
-        let one = |pass: u32, tally: &mut Tally| {
-            let mut sampler = Sampler::new(self.options.seed, pixel, pass);
-            let (u_film, u_lens) = (sampler.next2(), sampler.next2());
-            let mut sample = match self.options.mode {
-                Mode::Path | Mode::Zones => {
-                    let ray = self.lens.ray(x, y, u_film, u_lens);
-                    let mut sample = self.sample(&ray, &mut sampler, tally);
-                    sample.radiance *= ray.weight;
-                    sample
-                }
-                Mode::Zonal | Mode::Corrected => self.glances([x, y], u_film, u_lens, &mut sampler, tally),
-            };
-            sample.radiance *= self.world.scene.film.scale;
-            sample
+    /// Pixels across and down that are computed together: those that share residuals.
+    fn across(&self) -> u32 {
+        let report = matches!(self.options.plan.strategy, Strategy::Report(_));
+        // A hole that is one by chance may be none for who else looks.
+        let shares = self.residual.share > 0.0 && !report && !self.world.has_holes();
+        if shares { SHARERS } else { 1 }
+    }
+
+    /// Luminance of one camera sample of each pixel around that at `at` that shares residuals where there are any, and the rays they took. A function
+    /// of this renderer and `pass` alone.
+    pub(crate) fn trial(&self, at: [u32; 2], pass: u32) -> (Vec<f64>, u64) {
+        let block = Block::new(at.map(|v| v / SHARERS * SHARERS), SHARERS, self.size);
+        let mut tally = Tally::default();
+        let values: Vec<f64> = match self.across() {
+            1 => block
+                .pixels()
+                .flat_map(|at| self.together(&Block::new(at, 1, self.size), pass, &mut tally))
+                .map(|s| s.radiance.luminance() as f64)
+                .collect(),
+            _ => self
+                .together(&block, pass, &mut tally)
+                .iter()
+                .map(|s| s.radiance.luminance() as f64)
+                .collect(),
         };
-        let first = pass.wrapping_mul(several);
-        let mut whole = one(first, tally);
-        for k in 1..several {
-            let more = one(first.wrapping_add(k), tally);
-            whole.radiance += more.radiance;
-            whole.albedo += more.albedo;
+        (values.into_iter().map(|v| if v.is_finite() { v } else { 0.0 }).collect(), tally.rays)
+    }
+
+    /// Pass `pass` of the pixels of a block, each the mean of several camera samples where a hint asks for it. The same pixels whatever
+    /// part of the picture is asked for, so a part has the bits of the whole.
+    fn together(&self, block: &Block, pass: u32, tally: &mut Tally) -> Vec<Sample> {
+        let several: Vec<u32> =
+            block.pixels().map(|[x, y]| self.world.hints.samples(x, y, self.size)).collect();
+        let most = several.iter().copied().max().unwrap_or(1);
+        let mut wholes = vec![Sample::default(); several.len()];
+        for k in 0..most {
+            let asked = block.pixels().zip(&several).enumerate().filter(|(_, (_, several))| k < **several);
+            let (places, pixels): (Vec<usize>, Vec<Asked>) = asked
+                .map(|(i, (at, several))| {
+                    let pixel = at[1] as u64 * self.size[0] as u64 + at[0] as u64;
+                    (i, Asked { at, pixel, pass: pass.wrapping_mul(*several).wrapping_add(k) })
+                })
+                .unzip();
+            for (i, more) in places.into_iter().zip(self.samples(&pixels, tally)) {
+                let whole = &mut wholes[i];
+                if k == 0 {
+                    *whole = more;
+                } else {
+                    whole.radiance += more.radiance;
+                    whole.albedo += more.albedo;
+                }
+            }
         }
-        if several > 1 {
+        for (whole, several) in wholes.iter_mut().zip(several).filter(|(_, several)| *several > 1) {
             whole.radiance *= 1.0 / several as f32;
             whole.albedo *= 1.0 / several as f32;
         }
-        whole
+        wholes
+    }
+
+    /// A camera sample of each of `pixels`, weighted. In mode corrected they share residuals.
+    fn samples(&self, pixels: &[Asked], tally: &mut Tally) -> Vec<Sample> {
+        let mut samples = match self.options.mode {
+            Mode::Path | Mode::Zones => pixels
+                .iter()
+                .map(|asked| {
+                    let mut sampler = Sampler::new(self.options.seed, asked.pixel, asked.pass);
+                    let (u_film, u_lens) = (sampler.next2(), sampler.next2());
+                    let ray = self.lens.ray(asked.at[0], asked.at[1], u_film, u_lens);
+                    let mut sample = self.sample(&ray, &mut sampler, tally);
+                    sample.radiance *= ray.weight;
+                    sample
+                })
+                .collect(),
+            Mode::Zonal | Mode::Corrected => {
+                let looks: Vec<Look> = pixels.iter().map(|asked| self.look(asked, tally)).collect();
+                self.gather_from(looks, tally)
+            }
+        };
+        samples.iter_mut().for_each(|s| s.radiance *= self.world.scene.film.scale);
+        samples
     }
 
     /// Share of the gathered luminance that came from directions in which the strata expected less than a tenth of it, over
@@ -449,15 +576,11 @@ impl<'a> Renderer<'a> {
         out
     }
 
-    /// One weighted camera sample by glances ([`glances`]): all ask what shines, some gather, each a part of the rays.
-    fn glances(
-        &self,
-        [x, y]: [u32; 2],
-        u_film: [f32; 2],
-        u_lens: [f32; 2],
-        sampler: &mut Sampler,
-        tally: &mut Tally,
-    ) -> Sample {
+    /// What the glances of one camera sample see ([`glances`]): all ask what shines, some will gather, each a part of the rays.
+    fn look(&self, asked: &Asked, tally: &mut Tally) -> Look {
+        let [x, y] = asked.at;
+        let mut sampler = Sampler::new(self.options.seed, asked.pixel, asked.pass);
+        let (u_film, u_lens) = (sampler.next2(), sampler.next2());
         let report = matches!(self.options.plan.strategy, Strategy::Report(_));
         let most = if report { 1 } else { glances::PLACES };
         let mut out = Sample::default();
@@ -473,7 +596,8 @@ impl<'a> Renderer<'a> {
             let mut scatters = |s: &Surface, bsdf: &Bsdf, beta: Rgb, _: &mut Sampler, _: &mut Tally| {
                 seen.extend(self.seen(k, &ray, s, bsdf, beta));
                 if !report || k == 0 {
-                    found.push((k, *s, *bsdf, beta, ray.weight));
+                    let plan = self.options.plan.scaled(beta.max());
+                    found.push(Spot { glance: k, s: *s, bsdf: *bsdf, weight: (beta, ray.weight), plan });
                 }
             };
             let mut branch = sampler.branch(k);
@@ -489,33 +613,86 @@ impl<'a> Renderer<'a> {
             false => 1,
         };
         let turn = ((sampler.next1() * places as f32) as u32).min(places - 1);
-        let walker = self.walker();
+        found.retain(|spot: &Spot| glances::gathers(spot.glance, places));
+        Look { out, shone, seen, found, places, turn, sampler }
+    }
+
+    /// The camera samples of `looks`, weighted: what is gathered at their spots is added to what they see.
+    fn gather_from(&self, mut looks: Vec<Look>, tally: &mut Tally) -> Vec<Sample> {
+        let sharing = looks.len() > 1;
+        let walker = Walker { sharing, ..self.walker() };
+        let mut gathered = vec![Rgb::BLACK; looks.len()];
+        {
+            let (mut points, mut of) = (Vec::new(), Vec::new());
+            for (i, look) in looks.iter().enumerate() {
+                gathered[i] = self.gather_at(look, &walker, tally, |point, place, weight, until| {
+                    if sharing {
+                        points.push(point);
+                        of.push(Sharer { pixel: i, place, weight, until });
+                    }
+                });
+            }
+            // The places of one pixel need not share: what each of them gets is one of two shares, or of eight.
+            let together = |a: usize, b: usize| of[a].place == of[b].place;
+            let all = std::mem::take(&mut tally.found);
+            let mut next = 0;
+            for (from, &Sharer { until, .. }) in of.iter().enumerate() {
+                for found in &all[next..until] {
+                    share(&points, from, found, together, tally, |k, radiance| {
+                        gathered[of[k].pixel] += of[k].weight * radiance;
+                    });
+                }
+                next = until;
+            }
+        }
+        looks
+            .iter_mut()
+            .zip(gathered)
+            .map(|(look, gathered)| {
+                look.out.radiance = gathered * (1.0 / look.places as f32)
+                    + look.shone * (1.0 / glances::COUNT as f32)
+                    + glances::expected_more(&mut look.seen, look.places);
+                look.out
+            })
+            .collect()
+    }
+
+    /// The sum of what is gathered at the spots of one camera sample. `done` gets each gather, the number of its place, what its radiance counts, and how many
+    /// residuals have been found by then.
+    fn gather_at<'b>(
+        &self,
+        look: &'b Look,
+        walker: &'b Walker<'b>,
+        tally: &mut Tally,
+        mut done: impl FnMut(Point<'b>, u32, Rgb, usize),
+    ) -> Rgb {
+        let (places, turn) = (look.places, look.turn);
+        let report = matches!(self.options.plan.strategy, Strategy::Report(_));
         let mut gathered = Rgb::BLACK;
         let mut wholes = [Gathered::default(); MOST_WHOLES];
         // All parts draw from the same points, so that their rays are spread over the hemisphere together.
-        let (mut points, mut at) = (sampler.clone(), (0, 0));
-        for (k, s, bsdf, beta, weight) in found.iter().filter(|f| glances::gathers(f.0, places)) {
-            if at.0 != *k {
-                (points, at) = (sampler.clone(), (*k, 0));
+        let (mut points, mut at) = (look.sampler.clone(), (0, 0));
+        for Spot { glance, s, bsdf, weight: (beta, weight), plan } in &look.found {
+            if at.0 != *glance {
+                (points, at) = (look.sampler.clone(), (*glance, 0));
             }
-            let plan = self.options.plan.scaled(beta.max());
             let radiance = if report {
-                gather(&walker, s, bsdf, &plan, &mut points, tally)
+                gather(walker, s, bsdf, plan, &mut points, tally)
             } else {
-                let part = Part { first: (k / (glances::COUNT as u32 / places) + turn) % places, of: places };
-                let part = gather_part(&walker, s, bsdf, &plan, part, &mut points, tally);
+                let place = glance / (glances::COUNT as u32 / places);
+                let point =
+                    Point::new(walker, s, bsdf, plan, Part { first: (place + turn) % places, of: places });
+                let part = point.gather(&mut points, tally);
                 let whole = &mut wholes[at.1.min(MOST_WHOLES - 1)];
                 *whole = whole.with(part);
+                done(point, place, *beta * *weight, tally.found.len());
                 part.whole
             };
             at.1 += 1;
             gathered += *beta * radiance * *weight;
         }
         wholes.iter().for_each(|whole| tally.judge(whole, places));
-        out.radiance = gathered * (1.0 / places as f32)
-            + shone * (1.0 / glances::COUNT as f32)
-            + glances::expected_more(&mut seen, places);
-        out
+        gathered
     }
 
     /// Whether mirrors or glass are curved at `s`: there lamps are seen small and in many places.

@@ -7,9 +7,7 @@
 //! are never part of a picture or reading, so what they decide shapes no value.
 
 use crate::render::Renderer;
-use crate::sampler::Sampler;
-use crate::transport::{Residual, Tally};
-use crate::world::camera::Lens;
+use crate::transport::Residual;
 use hemiquad::points::Key;
 use rayon::prelude::*;
 
@@ -48,15 +46,18 @@ pub struct Study {
 }
 
 impl Study {
-    /// What `pairs` say.
-    pub fn of(pairs: &[Pair]) -> Study {
+    /// What pairs say that come in `blocks`, which are independent of one another.
+    pub fn of(blocks: &[Vec<Pair>]) -> Study {
+        let pairs: Vec<&Pair> = blocks.iter().flatten().collect();
         let n = pairs.len().max(1) as f64;
         let each = |p: &Pair| 0.5 * (p.zonal[0] + p.zonal[1]);
-        let mean = pairs.iter().map(each).sum::<f64>() / n;
+        let mean = pairs.iter().copied().map(each).sum::<f64>() / n;
         let difference = |p: &Pair| p.corrected - p.zonal[0];
-        let bias = pairs.iter().map(difference).sum::<f64>() / n;
-        let squares = pairs.iter().map(|p| (difference(p) - bias).powi(2)).sum::<f64>();
-        let error = (squares / (n * (n - 1.0).max(1.0))).sqrt();
+        let bias = pairs.iter().copied().map(difference).sum::<f64>() / n;
+        let off = |block: &Vec<Pair>| block.iter().map(|p| difference(p) - bias).sum::<f64>();
+        let squares = blocks.iter().map(|block| off(block).powi(2)).sum::<f64>();
+        let m = blocks.len() as f64;
+        let error = (squares * m / (m - 1.0).max(1.0)).sqrt() / n;
         // Relative to each one's own brightness, as eyes are; a floor keeps the dark ones from deciding.
         let weight = |p: &Pair| 1.0 / (each(p).powi(2) + 0.01 * mean * mean).max(1e-300);
         let variance = pairs.iter().map(|p| weight(p) * 0.5 * (p.zonal[0] - p.zonal[1]).powi(2)).sum::<f64>();
@@ -76,36 +77,44 @@ impl Study {
 }
 
 /// Study `pairs` camera samples of the picture that `renderer` makes (over zones), spread over `region` at random.
-pub fn study(renderer: &Renderer, lens: &Lens, region: [u32; 4], pairs: usize, seed: u64) -> Study {
-    Study::of(&self::pairs(renderer, lens, region, pairs, seed))
+pub fn study(renderer: &Renderer, region: [u32; 4], pairs: usize, seed: u64) -> Study {
+    let blocks = self::blocks(renderer, region, pairs, seed);
+    Study::of(&blocks)
 }
 
 /// The pairs of a study.
-pub fn pairs(renderer: &Renderer, lens: &Lens, region: [u32; 4], pairs: usize, seed: u64) -> Vec<Pair> {
+pub fn pairs(renderer: &Renderer, region: [u32; 4], pairs: usize, seed: u64) -> Vec<Pair> {
+    blocks(renderer, region, pairs, seed).concat()
+}
+
+/// The same by blocks of pixels that share residuals.
+fn blocks(renderer: &Renderer, region: [u32; 4], pairs: usize, seed: u64) -> Vec<Vec<Pair>> {
     let [x0, x1, y0, y1] = region;
     let zonal = renderer.clone().with_residual(Residual::NONE);
     let corrected = renderer.clone().with_residual(Residual::new(PAIR_SHARE));
     let key = Key::new(seed).with(0x9a_125);
-    (0..pairs as u64)
-        .into_par_iter()
-        .map(|i| {
-            let at = key.with(i);
-            let x = x0 + ((x1 - x0) as f32 * at.uniform(0)) as u32;
-            let y = y0 + ((y1 - y0) as f32 * at.uniform(1)) as u32;
-            let one = |renderer: &Renderer, pass: u32| {
-                let mut tally = Tally::default();
-                let mut sampler = Sampler::new(at.bits64(2), 0, pass);
-                let (u_film, u_lens) = (sampler.next2(), sampler.next2());
-                let ray = lens.ray(x.min(x1 - 1), y.min(y1 - 1), u_film, u_lens);
-                let sample = renderer.sample(&ray, &mut sampler, &mut tally);
-                let value = (sample.radiance * ray.weight).luminance() as f64;
-                (if value.is_finite() { value } else { 0.0 }, tally.rays)
-            };
-            let ((a, zonal_rays), (b, _)) = (one(&zonal, 0), one(&zonal, 1));
-            let (c, corrected_rays) = one(&corrected, 0);
-            Pair { zonal: [a, b], corrected: c, zonal_rays, corrected_rays }
-        })
-        .collect()
+    let one = |i: u64| {
+        let at = key.with(i);
+        let x = x0 + ((x1 - x0) as f32 * at.uniform(0)) as u32;
+        let y = y0 + ((y1 - y0) as f32 * at.uniform(1)) as u32;
+        let on = |renderer: &Renderer, pass: u32| {
+            renderer.clone().with_seed(at.bits64(2)).trial([x.min(x1 - 1), y.min(y1 - 1)], pass)
+        };
+        let ((a, zonal_rays), (b, _)) = (on(&zonal, 0), on(&zonal, 1));
+        let (c, corrected_rays) = on(&corrected, 0);
+        let n = c.len() as u64;
+        // Rays are known of the whole block alone.
+        let part = |rays: u64, k: u64| rays * (k + 1) / n - rays * k / n;
+        let pair = |k: usize| Pair {
+            zonal: [a[k], b[k]],
+            corrected: c[k],
+            zonal_rays: part(zonal_rays, k as u64),
+            corrected_rays: part(corrected_rays, k as u64),
+        };
+        (0..c.len()).map(pair).collect::<Vec<Pair>>()
+    };
+    let most = Renderer::SHARING as usize;
+    (0..pairs.div_ceil(most) as u64).into_par_iter().map(one).collect()
 }
 
 #[cfg(test)]
@@ -113,7 +122,7 @@ mod tests {
     use super::*;
 
     /// Made-up pairs: zonal part of variance 4 costing 10 rays, residuals of second moment M at 5 rays each.
-    fn pairs(residual: f64) -> Vec<Pair> {
+    fn pairs(residual: f64) -> Vec<Vec<Pair>> {
         let key = Key::new(1);
         (0..20_000u64)
             .map(|i| {
@@ -123,7 +132,7 @@ mod tests {
                 let more = if has { residual / PAIR_SHARE as f64 } else { 0.0 };
                 let zonal = [10.0 + noise(0), 10.0 + noise(1)];
                 let rays = 10 + if has { 5 } else { 0 };
-                Pair { zonal, corrected: zonal[0] + more, zonal_rays: 10, corrected_rays: rays }
+                vec![Pair { zonal, corrected: zonal[0] + more, zonal_rays: 10, corrected_rays: rays }]
             })
             .collect()
     }

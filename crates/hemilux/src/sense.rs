@@ -174,7 +174,7 @@ struct Scattered {
 }
 
 /// Sums of one group: per band, and what it cost and found.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 struct Group {
     sum: [f64; 3],
     /// Of the scalar, by gathers.
@@ -243,14 +243,14 @@ impl<'a> Sense<'a> {
             let value = self.estimate(&walker, pixel, gather, p, n, &mut tally).luminance() as f64;
             (if value.is_finite() { value } else { 0.0 }, tally.rays)
         };
-        let pairs: Vec<Pair> = (0..GROUPS * PILOT as usize)
+        let pairs: Vec<Vec<Pair>> = (0..GROUPS * PILOT as usize)
             .into_par_iter()
             .map(|i| {
                 let (group, gather) = (i / PILOT as usize, 2 * (i % PILOT as usize) as u32);
                 let (a, zonal_rays) = one(group, gather, Residual::NONE);
                 let (b, _) = one(group, gather + 1, Residual::NONE);
                 let (corrected, corrected_rays) = one(group, gather, Residual::new(PAIR_SHARE));
-                Pair { zonal: [a, b], corrected, zonal_rays, corrected_rays }
+                vec![Pair { zonal: [a, b], corrected, zonal_rays, corrected_rays }]
             })
             .collect();
         Residual::new(Study::of(&pairs).share)
@@ -329,12 +329,13 @@ impl<'a> Sense<'a> {
             Goal::RelativeError(_) => (self.options.limit, Stage::pilot()),
         };
         let residual = self.residual(index, p, n);
-        let (mut rays, mut verdict, mut groups) = (0, Verdict::None, [Group::default(); GROUPS]);
+        let (mut rays, mut verdict, mut groups) =
+            (0, Verdict::None, std::array::from_fn(|_| Group::default()));
         loop {
             let stage_begin = Instant::now();
             if stage.from == 0 {
                 rays += groups.iter().map(|g| g.tally.rays).sum::<u64>();
-                groups = [Group::default(); GROUPS];
+                groups = std::array::from_fn(|_| Group::default());
             }
             let go_on = |(g, group): (usize, &mut Group)| self.group(index, stage, g, p, n, residual, group);
             groups.par_iter_mut().enumerate().for_each(go_on);

@@ -18,7 +18,7 @@
 mod correction;
 
 use crate::bsdf::{Branch, Bsdf, Transport as Quantity};
-use crate::gather::Gathered;
+use crate::gather::{Found, Gathered};
 use crate::guide::{Guide, Next, images};
 use crate::images::{Chain, FORKS, Origin, fork, likelihood};
 use crate::sampler::Sampler;
@@ -39,7 +39,7 @@ const UNJUDGED: usize = 8;
 const LONGEST_WALK: u32 = 4096;
 
 /// What walks cost and found.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Rays traced.
     pub rays: u64,
@@ -63,6 +63,9 @@ pub struct Tally {
     /// What the present walk met before it was scattered, and what rays of the present gather brought that was scattered before (luminance).
     pub(crate) straight: f32,
     scattered_now: f64,
+    /// Residuals that are to be shared, and the rays per steradian with which the present gather ray was drawn.
+    pub(crate) found: Vec<Found>,
+    pub(crate) density: f32,
 }
 
 /// A ray that brings more than this many times the mean of its gather went where the strata expected little.
@@ -173,6 +176,8 @@ pub struct Walker<'a> {
     pub residual: Residual,
     /// How many residuals this walk is within.
     pub generation: u32,
+    /// Whether gather rays that end straight on a zone leave their residuals in the [`Tally`], for their gatherer to deal out.
+    pub sharing: bool,
 }
 
 /// Where a walk starts.
@@ -201,6 +206,7 @@ impl<'a> Walker<'a> {
             max_depth: u32::MAX,
             residual: Residual::NONE,
             generation: 0,
+            sharing: false,
         }
     }
 
@@ -232,12 +238,18 @@ impl<'a> Walker<'a> {
             return self.field_radiance_from(start, None, sampler, tally);
         };
         // Most gather rays end at once, on a plain zone: the same as below, with the same numbers.
-        if self.residual.share <= 0.0
-            && let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir))
-        {
-            let place = zones.map().locate_triangle(&hit, front, sampler.next2());
+        if let (Some(zones), Some((reflectance, front))) = (self.zones, self.world.plain(&hit, dir)) {
+            let mut ahead = sampler.clone();
+            let place = zones.map().locate_triangle(&hit, front, ahead.next2());
             if hit.t >= ZONE_TRUST * place.radius {
-                return reflectance * zones.irradiance(place.zone, place.side) * std::f32::consts::FRAC_1_PI;
+                let zonal =
+                    reflectance * zones.irradiance(place.zone, place.side) * std::f32::consts::FRAC_1_PI;
+                let albedo = reflectance.luminance();
+                if self.residual.share <= 0.0
+                    || !self.has_residual(zones, place, zonal, albedo, start.worth, &ahead)
+                {
+                    return zonal;
+                }
             }
         }
         let surface = self.world.surface_behind(hit, origin, dir, f32::INFINITY);

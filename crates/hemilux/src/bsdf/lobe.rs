@@ -134,6 +134,28 @@ impl Lobe {
         }
     }
 
+    /// What the radiance that a diffuse lobe sends to `wo`, on one side of the surface, is in proportion to, whatever arrives; `None` for
+    /// others.
+    #[inline]
+    pub(super) fn view(&self, wo: Vec3) -> Option<f32> {
+        match self.0 {
+            Shape::Lambert { .. } => Some(1.0),
+            Shape::Base { .. } => Some(fresnel::base(wo.z.abs())),
+            Shape::Undercoat { coat, .. } => Some(coat.transmittance(wo.z.abs())),
+            _ => None,
+        }
+    }
+
+    /// Whether [`Lobe::view`] of both is the same to all directions.
+    #[inline]
+    pub(super) fn is_seen_like(&self, other: &Lobe) -> bool {
+        match (self.0, other.0) {
+            (Shape::Lambert { .. }, Shape::Lambert { .. }) | (Shape::Base { .. }, Shape::Base { .. }) => true,
+            (Shape::Undercoat { coat: a, .. }, Shape::Undercoat { coat: b, .. }) => a == b,
+            _ => false,
+        }
+    }
+
     /// Value of this lobe, 1/sr, without the cosine; 0 for delta lobes.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3, t: Transport) -> Rgb {

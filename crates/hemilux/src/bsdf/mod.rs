@@ -502,6 +502,15 @@ impl Bsdf {
         self.sum_albedo(wo, |lobe| lobe.kind() == LobeClass::Diffuse && !lobe.is_transmissive())
     }
 
+    /// What the radiance that the diffuse lobes send to `wo`, on one side of the surface, is in proportion to, whatever arrives. `None` where there is
+    /// none, or where they differ in that.
+    #[inline]
+    pub(crate) fn diffuse_view(&self, wo: Vec3) -> Option<f32> {
+        let mut lobes = self.lobes().iter().filter(|l| l.kind() == LobeClass::Diffuse);
+        let first = lobes.next()?;
+        if lobes.all(|l| l.is_seen_like(first)) { first.view(wo) } else { None }
+    }
+
     /// [`Bsdf::diffuse_albedo`] for irradiance on the other side.
     pub fn diffuse_transmission_albedo(&self, wo: Vec3) -> Rgb {
         self.sum_albedo(wo, |lobe| lobe.kind() == LobeClass::Diffuse && lobe.is_transmissive())

@@ -2,7 +2,7 @@
 //!
 //! The numbers are those that [`gather`](super::gather) draws from the same sampler, in its order.
 
-use super::{GatherPlan, Point};
+use super::{GatherPlan, Part, Point};
 use crate::bsdf::{Bsdf, Transport as Quantity};
 use crate::sampler::Sampler;
 use crate::transport::Walker;
@@ -32,7 +32,7 @@ pub fn draws(
     plan: &GatherPlan,
     sampler: &mut Sampler,
 ) -> Vec<(Vec3, Stratum)> {
-    Point::new(walker, s, bsdf, plan).draws(sampler)
+    Point::new(walker, s, bsdf, plan, Part::WHOLE).draws(sampler)
 }
 
 impl Point<'_> {

@@ -10,6 +10,7 @@
 
 use super::{Arrival, Residual, Start, Tally, Walker, power_heuristic, sample};
 use crate::bsdf::{Bsdf, Transport as Quantity};
+use crate::gather::Found;
 use crate::guide::{Guide, MOST_LISTED, images};
 use crate::images::{Origin, radiance_by_chain};
 use crate::sampler::Sampler;
@@ -29,6 +30,8 @@ const MOST: f32 = 4.0;
 const AGAIN: f32 = 1.0;
 /// Residuals within one another; beyond, paths are plain.
 const GENERATIONS: u32 = 5;
+/// Where the others are shared, residuals that nobody shares are so many times as many.
+const ALONE: f32 = 4.0;
 /// Single images that are picked at a vertex: in the mean so many times the share of caustics there, by its zone, ...
 const PICKS: f32 = 4.0;
 /// ... within these. Paths that end on no zones pick a fixed number.
@@ -51,6 +54,17 @@ pub(super) struct End<'b> {
     pub worth: f32,
 }
 
+/// What a zone of albedo `albedo` that sends `zonal` is expected to send in the mean square, about (luminance).
+fn expected(zones: &Zones, place: ZonePlace, zonal: Rgb, albedo: f32) -> f32 {
+    zonal.luminance() + zones.standard_error(place.zone, place.side) * albedo * std::f32::consts::FRAC_1_PI
+}
+
+/// A number of residuals, `q` in the mean, and the numbers they draw from: their own, so that without residuals the walk is the same.
+fn drawn(q: f32, sampler: &Sampler) -> (u32, Sampler) {
+    let mut sampler = sampler.branch(RESIDUAL_STREAM);
+    ((q + sampler.next1()) as u32, sampler)
+}
+
 impl<'a> Walker<'a> {
     /// An estimate of what the zone gets wrong, for the diffuse lobes only.
     pub(super) fn residual(&self, zones: &Zones, end: &End, sampler: &Sampler, tally: &mut Tally) -> Rgb {
@@ -58,25 +72,52 @@ impl<'a> Walker<'a> {
         if share <= 0.0 {
             return Rgb::BLACK;
         }
-        let error = zones.standard_error(end.place.zone, end.place.side);
-        let doubt = error * end.bsdf.diffuse_albedo(end.wo).luminance() * std::f32::consts::FRAC_1_PI;
-        let expected = end.zonal.luminance() + doubt;
-        let q = self.probability(end.worth * expected, end.worth > 0.0);
-        // Numbers of its own: without residuals the walk is the same.
-        let mut sampler = sampler.branch(RESIDUAL_STREAM);
-        let count = (q + sampler.next1()) as u32;
+        let albedo = end.bsdf.diffuse_albedo(end.wo).luminance();
+        let expected = expected(zones, end.place, end.zonal, albedo);
+        let shared = self.shared(end);
+        let alone = if self.sharing && shared.is_none() { ALONE } else { 1.0 };
+        let q = alone * self.residuals(end.worth * expected, end.worth > 0.0);
+        let (count, sampler) = drawn(q, sampler);
         let diffuse = end.bsdf.only_diffuse();
         let mut sum = Rgb::BLACK;
         for k in 0..count {
             let path = self.diffuse_by_path(end, &diffuse, expected, &mut sampler.branch(k), tally);
             sum += path - end.zonal;
         }
-        sum * (weight / q)
+        match shared {
+            Some(view) if count > 0 => {
+                let (residual, expected) = (sum * (weight / view), expected / view);
+                let (s, bsdf, place, density) = (*end.s, *end.bsdf, end.place, tally.density);
+                tally.found.push(Found { s, bsdf, place, residual, expected, density });
+                Rgb::BLACK
+            }
+            _ => sum * (weight / q),
+        }
+    }
+
+    /// Whether a gather ray of `worth` has a residual where it ends on a plain zone: what [`Walker::residual`] would decide with the same numbers.
+    pub(super) fn has_residual(
+        &self,
+        zones: &Zones,
+        place: ZonePlace,
+        zonal: Rgb,
+        albedo: f32,
+        worth: f32,
+        sampler: &Sampler,
+    ) -> bool {
+        let expected = expected(zones, place, zonal, albedo);
+        drawn(self.residuals(worth * expected, worth > 0.0), sampler).0 > 0
+    }
+
+    /// [`Bsdf::diffuse_view`] at `end`, if residuals there are to be shared.
+    fn shared(&self, end: &End) -> Option<f32> {
+        let is_shared = self.sharing && end.depth == 1;
+        is_shared.then(|| end.bsdf.diffuse_view(end.wo)).flatten().filter(|view| *view > 0.0)
     }
 
     /// Mean number of residuals where a zone brings `part` of what is expected, if that is `known`: noise is least for its cost if
     /// they are in proportion.
-    fn probability(&self, part: f32, known: bool) -> f32 {
+    pub(crate) fn residuals(&self, part: f32, known: bool) -> f32 {
         let share = if self.generation == 0 { self.residual.share } else { AGAIN };
         let least = LEAST / (1u32 << self.generation.min(16)) as f32;
         if known { share * part.max(least).min(MOST) } else { share }
@@ -114,7 +155,7 @@ impl<'a> Walker<'a> {
         let generation = self.generation + 1;
         let ends_on_zones = generation < GENERATIONS;
         let zones = self.zones.filter(|_| ends_on_zones);
-        let path = Walker { zones, steer: self.guide(), generation, ..*self };
+        let path = Walker { zones, steer: self.guide(), generation, sharing: false, ..*self };
         let picked = around.map(|around| Origin { around, picks, w: wi, density: next.density });
         tally.rays += 1;
         let hit = self.world.closest(start.origin, wi, f32::INFINITY);

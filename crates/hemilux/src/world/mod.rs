@@ -244,6 +244,11 @@ impl World {
         self.accel.memory_bytes()
     }
 
+    /// Whether anything has holes.
+    pub(crate) fn has_holes(&self) -> bool {
+        self.has_holes
+    }
+
     /// The nearest surface along the ray that is not a hole, within `t_max`. `dir` is unit.
     #[inline]
     pub fn closest(&self, origin: Vec3, dir: Vec3, t_max: f32) -> Option<Surface> {
