@@ -65,11 +65,20 @@ fn bad_zones(more: fn(&mut Scene)) -> Zones {
     Zones::solve(&darker, &ZoneOptions { budget: 600, particles: 1 << 14, seed: 2 })
 }
 
-/// Mean luminance of every pixel and its variance, over replicates.
-fn pictures(world: &World, zones: &Zones, mode: Mode, residual: Option<Residual>) -> Vec<(f64, f64)> {
+/// Means of luminance and their variances, over replicates.
+#[derive(Debug, PartialEq)]
+struct Pictures {
+    pixels: Vec<(f64, f64)>,
+    /// Of the whole: pixels that share residuals err together.
+    whole: (f64, f64),
+}
+
+/// Pictures of every replicate.
+fn pictures(world: &World, zones: &Zones, mode: Mode, residual: Option<Residual>) -> Pictures {
     let plan = GatherPlan { rays: 8, shadow_rays: 2, strategy: Strategy::Jittered };
     let passes = if mode == Mode::Path { 24 } else { 4 };
     let mut all = vec![(0.0, 0.0); (SIDE * SIDE) as usize];
+    let mut whole = (0.0, 0.0);
     for seed in 0..REPLICATES {
         let options = RenderOptions { mode, plan, seed: 100 * mode as u64 + seed, max_depth: u32::MAX };
         let mut renderer = Renderer::new(world, Some(zones), SIDE, SIDE, options);
@@ -78,22 +87,25 @@ fn pictures(world: &World, zones: &Zones, mode: Mode, residual: Option<Residual>
         }
         let mut film = Film::new(SIDE, SIDE, [0, SIDE, 0, SIDE]);
         renderer.passes(&mut film, 0..passes, &AtomicU64::new(0));
+        let mut mean = 0.0;
         film.for_each(|x, y, p| {
             let v = p.mean().luminance() as f64;
             let sums = &mut all[(y * SIDE + x) as usize];
             *sums = (sums.0 + v, sums.1 + v * v);
+            mean += v / (SIDE * SIDE) as f64;
         });
+        whole = (whole.0 + mean, whole.1 + mean * mean);
     }
     let n = REPLICATES as f64;
-    all.iter().map(|(s, q)| (s / n, (q / n - (s / n).powi(2)).max(0.0) / (n - 1.0))).collect()
+    let of = |(s, q): &(f64, f64)| (s / n, (q / n - (s / n).powi(2)).max(0.0) / (n - 1.0));
+    Pictures { pixels: all.iter().map(of).collect(), whole: of(&whole) }
 }
 
 /// Pixels whose z is over the limit, and the z of the mean over all pixels.
-fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> (usize, f64) {
-    let over = a.iter().zip(b).filter(|(a, b)| (a.0 - b.0).abs() > LIMIT * (a.1 + b.1).sqrt()).count();
-    let difference: f64 = a.iter().zip(b).map(|(a, b)| a.0 - b.0).sum();
-    let variance: f64 = a.iter().zip(b).map(|(a, b)| a.1 + b.1).sum();
-    (over, difference / variance.sqrt())
+fn disagreement(a: &Pictures, b: &Pictures) -> (usize, f64) {
+    let z = |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0) / (a.1 + b.1).sqrt();
+    let over = a.pixels.iter().zip(&b.pixels).filter(|(a, b)| z(a, b).abs() > LIMIT).count();
+    (over, z(&a.whole, &b.whole))
 }
 
 #[test]
@@ -118,6 +130,31 @@ fn corrected_is_path_whatever_the_zones() {
     }
 }
 
+/// Residuals are shared by blocks of pixels, which a part of the picture may cut.
+#[test]
+fn a_part_has_the_bits_of_the_whole() {
+    let world = World::new(room(0.7, with_varnish));
+    let zones = bad_zones(with_varnish);
+    let plan = GatherPlan { rays: 8, shadow_rays: 2, strategy: Strategy::Adaptive };
+    let options = RenderOptions { mode: Mode::Corrected, plan, seed: 3, max_depth: u32::MAX };
+    let renderer = Renderer::new(&world, Some(&zones), SIDE, SIDE, options).with_residual(Residual::new(0.3));
+    let pixels = |region: [u32; 4]| {
+        let mut film = Film::new(SIDE, SIDE, region);
+        renderer.passes(&mut film, 0..2, &AtomicU64::new(0));
+        let mut all = Vec::new();
+        film.for_each(|x, y, p| all.push(([x, y], p.mean())));
+        all
+    };
+    let whole = pixels([0, SIDE, 0, SIDE]);
+    let [x0, x1, y0, y1] = [3, 9, 2, 7];
+    let part = pixels([x0, x1, y0, y1]);
+    assert_eq!(part.len() as u32, (x1 - x0) * (y1 - y0));
+    for (at, value) in part {
+        let of_whole = whole.iter().find(|p| p.0 == at).expect("a pixel of the whole");
+        assert_eq!(value, of_whole.1, "{at:?}");
+    }
+}
+
 /// A share of 0 is mode zonal, bit for bit; the residual has random numbers of its own.
 #[test]
 fn no_share_is_zonal() {
@@ -137,12 +174,9 @@ fn the_zonal_bias_is_estimated() {
     let options = RenderOptions { mode: Mode::Zonal, plan, seed: 1, max_depth: u32::MAX };
     let renderer = Renderer::new(&world, Some(&zones), SIDE, SIDE, options);
     let study = renderer.study([0, SIDE, 0, SIDE], 20_000);
-    let mean = |p: &[(f64, f64)]| {
-        let n = p.len() as f64;
-        (p.iter().map(|v| v.0).sum::<f64>() / n, p.iter().map(|v| v.1).sum::<f64>().sqrt() / n)
-    };
-    let zonal = mean(&pictures(&world, &zones, Mode::Zonal, None));
-    let path = mean(&pictures(&world, &zones, Mode::Path, None));
+    let mean = |p: Pictures| (p.whole.0, p.whole.1.sqrt());
+    let zonal = mean(pictures(&world, &zones, Mode::Zonal, None));
+    let path = mean(pictures(&world, &zones, Mode::Path, None));
     let truth = (zonal.0 - path.0) / zonal.0;
     let error = (study.bias_error.powi(2) + (path.1.powi(2) + zonal.1.powi(2)) / zonal.0.powi(2)).sqrt();
     println!(
