@@ -4,7 +4,8 @@
 //! is the residuals' contribution: its mean is what the zones get wrong, its spread what residuals cost in noise. With
 //! share q the variance is V + M / q and the cost C + q R (V and C of the zonal part, M the second moment and R the rays of
 //! residuals at q = 1), so variance times cost is least at q = √(M C / (V R)); compare A. Rath et al., "EARS" (2022). Pairs
-//! are never part of a picture or reading, so what they decide shapes no value.
+//! are never part of a picture or reading, so what they decide shapes no value. In pictures they come in blocks of pixels that share residuals
+//! ([`crate::gather`]), so M is what is left of it by sharing.
 
 use crate::render::Renderer;
 use crate::transport::Residual;

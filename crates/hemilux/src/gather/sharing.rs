@@ -2,7 +2,7 @@
 //!
 //! A residual costs a hundred rays, and what it says of the place where a gather ray ended holds for every gather that sees that place. So
 //! each goes to all gathers of a block of pixels: P. Bekaert, M. Sbert and J. Halton, "Accelerating path tracing by re-using paths" (2002), with
-//! the balance heuristic over the densities with which the gathers would have taken it there. In area measure at the place y, gather k
+//! the balance heuristic (E. Veach 1997) over the densities with which the gathers would have taken it there. In area measure at the place y, gather k
 //! receives f_k · r · c_k / Σ_j d_j q_j c_j, where f is BRDF × cosine, r the residual towards it, c the cosine at y over the squared distance,
 //! d the rays per steradian and q the residuals per ray, and the sum goes over all gathers whose own ray would have ended so: that see y
 //! straight, from far enough to trust its zone. With one gather it is f r / (d q).
