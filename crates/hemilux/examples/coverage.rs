@@ -3,7 +3,7 @@
 //!     cargo run --release -p hemilux --example coverage -- [option=value]... SCENE...
 //!
 //! Options: `sensors=5` (per scene), `seeds=200`, `gathers=64` (a reading), `truth=150` (times as many for the truth), `particles=524288`, `budget=1000` (zones),
-//! `solutions=4` (zonal solutions that the seeds take turns on), `mode=corrected|path`.
+//! `solutions=4` (zonal solutions that the seeds take turns on), `mode=corrected|path`, `family=` (sensors that the band is for, where a series is run in parts; those of this run).
 //!
 //! Sensors lie where camera rays, spread over the picture, first meet something diffuse; they face away from it. The truth of
 //! a sensor is one long reading with other random numbers; how small its half-width is beside that of a reading is printed. A sensor's count is
@@ -33,7 +33,8 @@ fn main() -> Result<(), Failure> {
     let (particles, solutions) = (option("particles", "524288").parse()?, option("solutions", "4").parse()?);
     let budget = option("budget", "1000").parse()?;
     let by_paths = option("mode", "corrected") == "path";
-    let band = band(seeds, 1.0 - 0.999f64.powf(1.0 / (sensors * scenes.len()).max(1) as f64));
+    let family: f64 = option("family", &(sensors * scenes.len()).max(1).to_string()).parse()?;
+    let band = band(seeds, 1.0 - 0.999f64.powf(1.0 / family));
     println!("{seeds} seeds of {gathers} gathers; a sensor may cover {} to {}", band[0], band[1]);
     println!(
         "scene | sensor | truth ± half-width | readings / truth - 1 ± error | half-width / truth | truth's / reading's | covers | half the width"
