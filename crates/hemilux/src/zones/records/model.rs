@@ -159,12 +159,6 @@ impl Window {
         self.outline.is_some() && side(x, radius) * side(image.centre, image.radius) > 0.0
     }
 
-    /// Whether it is known exactly, and its plane passes within `radius` of `x`: what is seen through it from there is not what is seen from all
-    /// places around.
-    pub fn is_within(&self, x: Vec3, radius: f32) -> bool {
-        self.outline.is_some() && self.normal.dot(x - self.centre).abs() <= radius
-    }
-
     /// How much larger than it seems it is taken to be.
     fn margin(&self) -> f32 {
         if self.outline.is_some() { 1.0 } else { ROOMY }

@@ -3,7 +3,7 @@
 //! The shape is a cone around the image, or by regression, or the flat piece of a patch that lets the image through, whichever
 //! is tightest; what other patches of the chain leave of it is judged at a few points of it.
 
-use super::model::{Signature, Window};
+use super::model::Signature;
 use super::{Candidate, LOOSE, NONE, Records};
 use crate::world::outline::Outline;
 use hemilux_scene::geom::{Frame, Vec3};
@@ -102,9 +102,7 @@ impl Records {
             // How far the ray to the image moves at the patch as `x` does.
             let slack = radius * (1.0 - along / distance).abs();
             match &windows[k - 1] {
-                Some(window) => {
-                    window.is_within(x, radius) || window.part(x, axis, angle * roomy, slack).is_some()
-                }
+                Some(window) => window.part(x, axis, angle * roomy, slack).is_some(),
                 // Both balls must lie on one ray.
                 None => (axis * along - to).length() <= places[k].radius + angle * along.abs() + slack,
             }
@@ -136,8 +134,7 @@ impl Records {
         let angle = (places[0].radius / distance).min(1.0);
         // What is known exactly is asked from close by, too, though only whether it shows anything.
         for k in (1..3).filter(|k| c.gates >> k & 1 == 0 && best != *k) {
-            let exact = |w: &Window| w.outline.is_some() && !w.is_within(x, radius);
-            let Some(window) = windows[k - 1].filter(exact) else { continue };
+            let Some(window) = windows[k - 1].filter(|w| w.outline.is_some()) else { continue };
             let along = (places[k].centre - x).dot(axis);
             window.part(x, axis, angle * roomy, radius * (1.0 - along / distance).abs())?;
         }
@@ -152,8 +149,6 @@ impl Records {
             // How far the ray to the image moves at the patch as `x` does.
             let slack = radius * (1.0 - along / distance).abs();
             match &windows[k - 1] {
-                // From some of the places around it is seen through the window, from others not.
-                Some(window) if window.is_within(x, radius) => {}
                 Some(window) => {
                     let wide = window.part(x, axis, angle * roomy, slack)?;
                     let shape = match (wide.clipped, window.outline.is_some()) {
@@ -185,7 +180,7 @@ impl Records {
         }
         // What the other windows leave of it.
         for k in (1..3).filter(|k| *k != from && c.gates >> k & 1 != 0) {
-            let Some(window) = windows[k - 1].filter(|w| !w.is_within(x, radius)) else { continue };
+            let Some(window) = &windows[k - 1] else { continue };
             let far = (tightest.shape.ball().0 - x).length();
             let slack = radius * (1.0 - (places[k].centre - x).dot(axis) / far).abs();
             let points = tightest.shape.points(x);
