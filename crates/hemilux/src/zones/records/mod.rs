@@ -614,6 +614,31 @@ mod tests {
         assert_eq!([seen(below), seen(above)], [1, 0]);
     }
 
+    /// A lamp in a mirror, seen from just over the mirror: the middle of a spot may lie behind it, from where nothing is seen.
+    #[test]
+    fn what_a_mirror_shows_is_expected_right_before_it() {
+        use crate::world::outline::Outline;
+        let missed = |height: f32| {
+            let image = Vec3::new(0.3, -0.4, height - 1.0);
+            let corner = Vec3::new(-1.0, -1.0, height);
+            let mirror = Outline { corner, sides: [Vec3::X * 2.0, Vec3::Y * 2.0], triangle: false };
+            let mut all = flat(image, 0.0, 64);
+            for (i, r) in all.iter_mut().enumerate() {
+                let (u, v) = (sobol(i as u32, Key::new(5)), sobol(i as u32, Key::new(6)));
+                r.p = Vec3::new(0.1 * u.u, 0.1 * u.v, height + 0.001 + 0.2 * v.u * v.u);
+                r.n = -Vec3::Z;
+                (r.dir, r.length) = ((image - r.p).normalize(), (image - r.p).length());
+                r.reach = [(r.p.z - height) / -r.dir.z, r.length];
+            }
+            let exact = Exact { outlines: [Some(mirror), None], ..Exact::of(Some(image), None, 1.0) };
+            let records = Records::new(all.clone(), &HashMap::from([(7, exact)]));
+            let is_missed = |r: &&Record| Cones::new(&records, r.p, -Vec3::Z).density(r.dir) <= 0.0;
+            all.iter().filter(is_missed).count()
+        };
+        // At some of these heights the plane lies in the upper half of the spots.
+        assert_eq!([0, 1, 2, 3, 4, 5, 6, 7].map(|k| missed(0.5 + 0.00137 * k as f32)), [0; 8]);
+    }
+
     /// One image that is known, and as much flux from all over a lens: the lens is not taken for a luminaire as large as it looks.
     #[test]
     fn what_no_image_explains_leaves_room_for_one_that_is_known() {

@@ -159,6 +159,20 @@ impl Window {
         self.outline.is_some() && side(x, radius) * side(image.centre, image.radius) > 0.0
     }
 
+    /// `x`, or where its plane passes within `radius` of `x` and it is known exactly, a point beside that is clearly on the other side of the plane
+    /// than `image`: from there it is judged what is seen through it, for behind it, or from the plane itself, nothing is.
+    pub fn before(&self, x: Vec3, radius: f32, image: &Place) -> Vec3 {
+        let off = |p: Vec3| self.normal.dot(p - self.centre);
+        let side = -off(image.centre).signum();
+        let least = CLEARLY * radius;
+        match self.outline {
+            Some(_) if off(x).abs() <= radius && side * off(x) < least => {
+                x + self.normal * (side * least - off(x))
+            }
+            _ => x,
+        }
+    }
+
     /// How much larger than it seems it is taken to be.
     fn margin(&self) -> f32 {
         if self.outline.is_some() { 1.0 } else { ROOMY }
@@ -218,6 +232,8 @@ impl Window {
     }
 }
 
+/// Of the radius of a spot: how far from a plane a point of it is that lies on one side.
+const CLEARLY: f32 = 0.3;
 /// An image that covers so much of a window covers all of it.
 const WHOLE: f32 = 0.9;
 /// A part that covers so much of the rectangle around a triangle is left to the triangle.
@@ -328,6 +344,12 @@ impl Signature {
                 }
             }
         })
+    }
+
+    /// `x`, or a point within `radius` of it that is on the right side of what the image is seen through.
+    pub fn seen_from(&self, x: Vec3, radius: f32) -> Vec3 {
+        let image = &self.places[0];
+        self.windows.iter().flatten().fold(x, |x, window| window.before(x, radius, image))
     }
 
     /// How far from `x` the image is seen through about the same part of its patches (m).

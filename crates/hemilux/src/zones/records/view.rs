@@ -91,7 +91,9 @@ impl Records {
         if c.linear != NONE || c.gates == 0 {
             return true;
         }
-        let Signature { places, windows, roomy, .. } = &self.signatures[c.signature as usize];
+        let signature = &self.signatures[c.signature as usize];
+        let Signature { places, windows, roomy, .. } = signature;
+        let x = signature.seen_from(x, radius);
         let to_image = places[0].centre - x;
         let distance = to_image.length();
         let axis = to_image / distance;
@@ -116,7 +118,9 @@ impl Records {
             let shape = Shape::Ball { centre: x + linear.dir(x), radius2: linear.sin2 };
             return Some(View { shape, seen: 1.0 });
         }
-        let Signature { places, windows, roomy, .. } = &self.signatures[c.signature as usize];
+        let signature = &self.signatures[c.signature as usize];
+        let Signature { places, windows, roomy, .. } = signature;
+        let x = signature.seen_from(x, radius);
         let best = c.best as usize;
         let whole = match best.checked_sub(1).and_then(|k| windows[k]).and_then(|w| w.outline) {
             Some(outline) => Shape::Flat(outline),
