@@ -173,6 +173,26 @@ struct Sharer {
     until: usize,
 }
 
+/// Part of the camera's specular tree that is still to be followed.
+struct Stem {
+    origin: Vec3,
+    dir: Vec3,
+    hit: Option<Surface>,
+    /// What counts of what shines there, and of what is scattered there.
+    shines: Rgb,
+    scatters: Rgb,
+    depth: u32,
+}
+
+/// What a branch counts: 1 if it is no thinner than `thinnest` and not `crowded` out; otherwise it is left to chance, 0 or as much more.
+fn survives(strength: f32, thinnest: f32, crowded: bool, sampler: &mut Sampler) -> f32 {
+    if strength >= thinnest && !crowded {
+        return 1.0;
+    }
+    let survive = (strength / thinnest).clamp(0.02, 0.9);
+    if sampler.next1() < survive { 1.0 / survive } else { 0.0 }
+}
+
 /// A renderer of one picture.
 #[derive(Clone)]
 pub struct Renderer<'a> {
@@ -199,8 +219,10 @@ const SHARERS: u32 = 4;
 const PORTION: f64 = 0.5;
 /// Within this many radii of their zones, surfaces that a pixel spans share what is expected of them.
 const SHARING_REACH: f32 = 4.0;
-/// A branch of the camera's specular tree counts at least this much, or survives by roulette.
+/// A branch of the camera's specular tree counts at least this much where it ends in a gather, or survives by roulette; ...
 const THINNEST_BRANCH: f32 = 0.05;
+/// ... and this much where something shines: twice reflected by glass.
+const FAINTEST_BRANCH: f32 = 1e-3;
 /// Branches waiting at once.
 const MOST_BRANCHES: usize = 16;
 /// Specular events from the camera; cut off beyond with less than 1e-6 of the radiance in any real scene.
@@ -752,7 +774,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// Follow mirrors and glass from the camera, both ways at each interface: call `scatters` wherever something scatters otherwise,
-    /// with what the way there leaves, and return what shines on the way.
+    /// with what the way there leaves, and return what shines on the way. Chance decides about thin branches where something scatters
+    /// (a gather is dear, and what it brings is known to be weak); what shines may be a thousand times brighter, so it is asked along thinner ones.
     fn specular_tree(
         &self,
         ray: &CameraRay,
@@ -762,42 +785,45 @@ impl<'a> Renderer<'a> {
         tally: &mut Tally,
     ) -> Rgb {
         let walker = self.walker();
-        let mut waiting: Vec<(Vec3, Vec3, Option<Surface>, Rgb, u32)> =
-            vec![(ray.origin, ray.dir, first, Rgb::WHITE, 0)];
+        let stem = Stem {
+            origin: ray.origin,
+            dir: ray.dir,
+            hit: first,
+            shines: Rgb::WHITE,
+            scatters: Rgb::WHITE,
+            depth: 0,
+        };
+        let mut waiting = vec![stem];
         let mut radiance = Rgb::BLACK;
-        while let Some((origin, dir, hit, beta, depth)) = waiting.pop() {
-            let Some(s) = hit else {
-                radiance += beta * walker.sky(origin, dir, Arrival::Full);
+        while let Some(stem) = waiting.pop() {
+            let Some(s) = stem.hit else {
+                radiance += stem.shines * walker.sky(stem.origin, stem.dir, Arrival::Full);
                 continue;
             };
-            radiance += beta * walker.emission(&s, Arrival::Full);
+            radiance += stem.shines * walker.emission(&s, Arrival::Full);
             let bsdf = self.world.bsdf(&s);
-            if bsdf.has_non_delta() {
-                scatters(&s, &bsdf, beta, sampler, tally);
+            if bsdf.has_non_delta() && !stem.scatters.is_black() {
+                scatters(&s, &bsdf, stem.scatters, sampler, tally);
             }
-            if !bsdf.has_delta() || depth >= LONGEST_CHAIN {
+            if !bsdf.has_delta() || stem.depth >= LONGEST_CHAIN {
                 continue;
             }
             let wo = s.frame.to_local(s.wo);
             for lobe in bsdf.lobes() {
                 for branch in lobe.branches(wo, crate::bsdf::Transport::Radiance).into_iter().flatten() {
                     let wi = s.frame.to_world(branch.wi).normalize();
-                    let mut beta = beta * branch.weight;
-                    let strength = beta.max();
-                    let thin = strength < THINNEST_BRANCH || waiting.len() >= MOST_BRANCHES;
-                    if thin {
-                        let survive = (strength / THINNEST_BRANCH).clamp(0.02, 0.9);
-                        if sampler.next1() >= survive {
-                            continue;
-                        }
-                        beta *= 1.0 / survive;
+                    let (shines, scatters) = (stem.shines * branch.weight, stem.scatters * branch.weight);
+                    let crowded = waiting.len() >= MOST_BRANCHES;
+                    let strength = shines.max();
+                    let shines = shines * survives(strength, FAINTEST_BRANCH, crowded, sampler);
+                    if shines.is_black() || s.is_front(wi) != (branch.wi.z > 0.0) {
+                        continue;
                     }
-                    if !beta.is_black() && s.is_front(wi) == (branch.wi.z > 0.0) {
-                        tally.rays += 1;
-                        let origin = s.leave(wi);
-                        let hit = self.world.closest(origin, wi, f32::INFINITY);
-                        waiting.push((origin, wi, hit, beta, depth + 1));
-                    }
+                    let scatters = scatters * survives(strength, THINNEST_BRANCH, crowded, sampler);
+                    tally.rays += 1;
+                    let origin = s.leave(wi);
+                    let hit = self.world.closest(origin, wi, f32::INFINITY);
+                    waiting.push(Stem { origin, dir: wi, hit, shines, scatters, depth: stem.depth + 1 });
                 }
             }
         }
