@@ -814,12 +814,14 @@ impl<'a> Renderer<'a> {
                     let wi = s.frame.to_world(branch.wi).normalize();
                     let (shines, scatters) = (stem.shines * branch.weight, stem.scatters * branch.weight);
                     let crowded = waiting.len() >= MOST_BRANCHES;
-                    let strength = shines.max();
-                    let shines = shines * survives(strength, FAINTEST_BRANCH, crowded, sampler);
+                    let shines = shines * survives(shines.max(), FAINTEST_BRANCH, crowded, sampler);
                     if shines.is_black() || s.is_front(wi) != (branch.wi.z > 0.0) {
                         continue;
                     }
-                    let scatters = scatters * survives(strength, THINNEST_BRANCH, crowded, sampler);
+                    let scatters = match scatters.is_black() {
+                        true => scatters,
+                        false => scatters * survives(scatters.max(), THINNEST_BRANCH, crowded, sampler),
+                    };
                     tally.rays += 1;
                     let origin = s.leave(wi);
                     let hit = self.world.closest(origin, wi, f32::INFINITY);
