@@ -839,3 +839,47 @@ impl<'a> Renderer<'a> {
         zones.reflected(&place, &self.world.bsdf(s), s.frame.to_local(s.wo))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::scenes::{cuboid, diffuse, empty, material, sphere};
+    use hemilux_scene::{FloatParam, MaterialKind, Roughness};
+
+    /// Through a glass ball in a room: what all branches count sums to 1 in the mean, and no gather counts more than what arrives. Were gathers
+    /// along thin branches let live by what shines there, they would count a thousand.
+    #[test]
+    fn thin_branches_count_no_more_than_what_arrives() {
+        let mut scene = empty();
+        let wall = diffuse(&mut scene, 0.5);
+        let roughness =
+            Roughness { u: FloatParam::Constant(0.0), v: FloatParam::Constant(0.0), remap: false };
+        let glass = material(&mut scene, MaterialKind::Dielectric { eta: 1.5, roughness });
+        cuboid(&mut scene, [-3.0; 3], [3.0; 3], true, wall);
+        sphere(&mut scene, [0.0; 3], 1.0, false, glass, None);
+        let world = World::new(scene);
+        let plan = GatherPlan { rays: 1, shadow_rays: 1, strategy: Strategy::Sobol };
+        let options = RenderOptions { mode: Mode::Zonal, plan, seed: 0, max_depth: u32::MAX };
+        let renderer = Renderer::new(&world, None, 8, 8, options);
+        let (mut sum, mut squares, mut largest) = (0.0f64, 0.0f64, 0.0f32);
+        let n = 20_000;
+        for i in 0..n {
+            let mut sampler = Sampler::new(1, i, 0);
+            let [u, v] = sampler.next2();
+            let origin = Vec3::new(-2.0, 1.9 * (u - 0.5), 1.9 * (v - 0.5));
+            let ray = CameraRay { origin, dir: Vec3::X, weight: 1.0 };
+            let first = world.closest(ray.origin, ray.dir, f32::INFINITY);
+            let mut all = 0.0;
+            let mut scatters = |_: &Surface, _: &Bsdf, beta: Rgb, _: &mut Sampler, _: &mut Tally| {
+                (all, largest) = (all + beta.max(), largest.max(beta.max()));
+            };
+            renderer.specular_tree(&ray, first, &mut scatters, &mut sampler, &mut Tally::default());
+            (sum, squares) = (sum + all as f64, squares + (all as f64).powi(2));
+        }
+        let mean = sum / n as f64;
+        let error = ((squares / n as f64 - mean * mean) / n as f64).sqrt();
+        // |z| < 4: false alarm 6e-5.
+        assert!((mean - 1.0).abs() < 4.0 * error, "{mean} ± {error}");
+        assert!(largest < 1.01, "{largest}");
+    }
+}
