@@ -847,7 +847,7 @@ mod tests {
     use hemilux_scene::{FloatParam, MaterialKind, Roughness};
 
     /// Through a glass ball in a room: what all branches count sums to 1 in the mean, and no gather counts more than what arrives. Were gathers
-    /// along thin branches let live by what shines there, they would count a thousand.
+    /// along thin branches let live by what shines there, they would count many times as much.
     #[test]
     fn thin_branches_count_no_more_than_what_arrives() {
         let mut scene = empty();
