@@ -121,20 +121,56 @@ struct Asked {
     pass: u32,
 }
 
-/// Pixels that are computed together: a square of the picture, or what of it lies within.
+/// Pixels that are computed together. Where they share residuals: one of each cell of [`CELL`] × [`CELL`] pixels of a square of [`SQUARE`] × [`SQUARE`],
+/// dealt anew for each pass, so that what they have in common shows as noise and not as a pattern.
 struct Block {
-    x: Range<u32>,
-    y: Range<u32>,
+    /// Upper left.
+    at: [u32; 2],
+    /// Which of the pixels of a cell, and by which deal; `None`: one pixel alone.
+    dealt: Option<(u32, u32)>,
+    size: [u32; 2],
 }
 
+/// Pixels across and down of what shares residuals in several blocks; divides the edge of a tile.
+const SQUARE: u32 = 8;
+/// And of the cells each of which gives one to each block.
+const CELL: u32 = 2;
+
 impl Block {
-    fn new([x, y]: [u32; 2], across: u32, size: [u32; 2]) -> Block {
-        Block { x: x..(x + across).min(size[0]), y: y..(y + across).min(size[1]) }
+    /// One pixel of a picture of `size`.
+    fn pixel(at: [u32; 2], size: [u32; 2]) -> Block {
+        Block { at, dealt: None, size }
     }
 
-    fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.y.clone().flat_map(|y| self.x.clone().map(move |x| [x, y]))
+    /// The blocks of the square around `at`.
+    fn around(at: [u32; 2], deal: u32, size: [u32; 2]) -> impl Iterator<Item = Block> {
+        let at = at.map(|v| v / SQUARE * SQUARE);
+        (0..CELL * CELL).map(move |k| Block { at, dealt: Some((k, deal)), size })
     }
+
+    fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let Block { at, dealt, size } = *self;
+        let cells = if dealt.is_some() { SQUARE / CELL } else { 1 };
+        let cell = move |i: u32| [at[0] + i % cells * CELL, at[1] + i / cells * CELL];
+        let one = move |cell: [u32; 2]| match dealt {
+            Some((k, deal)) => {
+                let taken = dealt_in(cell, deal)[k as usize];
+                [cell[0] + taken % CELL, cell[1] + taken / CELL]
+            }
+            None => cell,
+        };
+        (0..cells * cells).map(move |i| one(cell(i))).filter(move |at| at[0] < size[0] && at[1] < size[1])
+    }
+}
+
+/// Which block gets which pixel of a cell.
+fn dealt_in(cell: [u32; 2], deal: u32) -> [u32; (CELL * CELL) as usize] {
+    let bits = Key::new(0xdea1).with((cell[0] as u64) << 32 | cell[1] as u64).bits64(deal);
+    let mut all = std::array::from_fn(|i| i as u32);
+    for i in (1..all.len()).rev() {
+        all.swap(i, ((bits >> (16 * i)) & 0xffff) as usize % (i + 1));
+    }
+    all
 }
 
 /// Where a glance would gather.
@@ -213,8 +249,6 @@ pub struct Renderer<'a> {
 
 /// Share of residuals where nobody has measured what pays.
 pub const DEFAULT_SHARE: f32 = 0.1;
-/// Pixels across and down that share residuals.
-const SHARERS: u32 = 4;
 /// Seconds of work between two looks at clock and user.
 const PORTION: f64 = 0.5;
 /// Within this many radii of their zones, surfaces that a pixel spans share what is expected of them.
@@ -230,7 +264,7 @@ const LONGEST_CHAIN: u32 = 128;
 
 impl<'a> Renderer<'a> {
     /// Pixels that share residuals.
-    pub(crate) const SHARING: u32 = SHARERS * SHARERS;
+    pub(crate) const SHARING: u32 = (SQUARE / CELL) * (SQUARE / CELL);
 
     /// Prepare to render onto films of `width` × `height`. Modes zonal and zones need `zones`; path ignores it.
     pub fn new(
@@ -420,18 +454,18 @@ impl<'a> Renderer<'a> {
 
     fn tile(&self, tile: &mut Tile, passes: Range<u32>) -> u64 {
         let mut tally = Tally::default();
-        let across = self.across();
-        let first = |at: u32| at / across * across;
         let (right, bottom) = (tile.x0 + tile.width, tile.y0 + tile.height);
-        for y in (first(tile.y0)..bottom).step_by(across as usize) {
-            for x in (first(tile.x0)..right).step_by(across as usize) {
-                let block = Block::new([x, y], across, self.size);
-                for pass in passes.clone() {
+        let within = |[x, y]: [u32; 2]| (tile.x0..right).contains(&x) && (tile.y0..bottom).contains(&y);
+        let edge = if self.shares() { SQUARE } else { 1 };
+        let along = |from: u32, to: u32| (from / edge * edge..to).step_by(edge as usize);
+        let squares = along(tile.y0, bottom).flat_map(|y| along(tile.x0, right).map(move |x| [x, y]));
+        for at in squares.collect::<Vec<_>>() {
+            for pass in passes.clone() {
+                for block in self.blocks(at, pass).filter(|block| block.pixels().any(within)) {
                     let samples = self.together(&block, pass, &mut tally);
-                    for ([x, y], sample) in block.pixels().zip(&samples) {
-                        if (tile.x0..right).contains(&x) && (tile.y0..bottom).contains(&y) {
-                            tile.pixels[((y - tile.y0) * tile.width + x - tile.x0) as usize].add(sample);
-                        }
+                    for (at, sample) in block.pixels().zip(&samples).filter(|(at, _)| within(*at)) {
+                        let [x, y] = [at[0] - tile.x0, at[1] - tile.y0];
+                        tile.pixels[(y * tile.width + x) as usize].add(sample);
                     }
                 }
             }
@@ -442,32 +476,34 @@ impl<'a> Renderer<'a> {
         tally.rays
     }
 
-    /// Pixels across and down that are computed together: those that share residuals.
-    fn across(&self) -> u32 {
+    /// Whether pixels share residuals.
+    fn shares(&self) -> bool {
         let report = matches!(self.options.plan.strategy, Strategy::Report(_));
         // A hole that is one by chance may be none for who else looks.
-        let shares = self.residual.share > 0.0 && !report && !self.world.has_holes();
-        if shares { SHARERS } else { 1 }
+        self.residual.share > 0.0 && !report && !self.world.has_holes()
     }
 
-    /// Luminance of one camera sample of each pixel around that at `at` that shares residuals where there are any, and the rays they took. A function
-    /// of this renderer and `pass` alone.
+    /// The blocks of the square around `at`; that pixel alone where none are shared.
+    fn blocks(&self, at: [u32; 2], deal: u32) -> impl Iterator<Item = Block> + use<> {
+        let (alone, size) = (!self.shares(), self.size);
+        let single = alone.then(|| Block::pixel(at, size));
+        single.into_iter().chain(Block::around(at, deal, size).filter(move |_| !alone))
+    }
+
+    /// Luminance of one camera sample of each of some pixels around `at`, which share residuals if any do, and the rays they took. The same
+    /// pixels whether they do or not; a function of this renderer and `pass` alone.
     pub(crate) fn trial(&self, at: [u32; 2], pass: u32) -> (Vec<f64>, u64) {
-        let block = Block::new(at.map(|v| v / SHARERS * SHARERS), SHARERS, self.size);
         let mut tally = Tally::default();
-        let values: Vec<f64> = match self.across() {
-            1 => block
-                .pixels()
-                .flat_map(|at| self.together(&Block::new(at, 1, self.size), pass, &mut tally))
-                .map(|s| s.radiance.luminance() as f64)
-                .collect(),
-            _ => self
-                .together(&block, pass, &mut tally)
-                .iter()
-                .map(|s| s.radiance.luminance() as f64)
-                .collect(),
+        let block = Block::around(at, 0, self.size).find(|block| block.pixels().any(|p| p == at));
+        let pixels = block.iter().flat_map(Block::pixels);
+        let samples: Vec<Sample> = match &block {
+            Some(block) if self.shares() => self.together(block, pass, &mut tally),
+            _ => {
+                pixels.flat_map(|at| self.together(&Block::pixel(at, self.size), pass, &mut tally)).collect()
+            }
         };
-        (values.into_iter().map(|v| if v.is_finite() { v } else { 0.0 }).collect(), tally.rays)
+        let value = |s: &Sample| s.radiance.luminance() as f64;
+        (samples.iter().map(value).map(|v| if v.is_finite() { v } else { 0.0 }).collect(), tally.rays)
     }
 
     /// Pass `pass` of the pixels of a block, each the mean of several camera samples where a hint asks for it. The same pixels whatever

@@ -130,7 +130,7 @@ fn corrected_is_path_whatever_the_zones() {
     }
 }
 
-/// Residuals are shared by blocks of pixels, which a part of the picture may cut.
+/// Residuals are shared by pixels of a square, which a part of the picture may cut.
 #[test]
 fn a_part_has_the_bits_of_the_whole() {
     let world = World::new(room(0.7, with_varnish));
