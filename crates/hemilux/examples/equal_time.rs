@@ -130,7 +130,11 @@ fn main() -> Result<(), Failure> {
             sum += p.mean()[1] as f64;
             squares += (p.standard_error()[1] as f64).powi(2);
         });
-        println!("       | picture mean (G) {:.6} ± {:.6}", sum / n, squares.sqrt() / n);
+        println!(
+            "       | picture mean (G) {:.6} ± {:.6}, as if pixels erred by themselves",
+            sum / n,
+            squares.sqrt() / n
+        );
         if let Some(u) = renderer.surprise() {
             let seen = prologue.as_ref().map_or(&[][..], |p| &p.seen);
             println!("       | surprise {u:.4}, of pilots {seen:?}");
