@@ -215,7 +215,9 @@ impl Expected {
         let all_flux = (flux[0] + flux[1]).max(f32::MIN_POSITIVE);
         let promising = (0..2).map(|g| if sum[g] > 0.0 { flux[g] } else { 0.0 }).sum::<f32>();
         let by_flux = BY_FLUX / all_flux;
-        let by_expectation = [0, 1].map(|g| match promising > 0.0 && sum[g] > 0.0 {
+        // Sums so small that they can't be divided by promise nothing.
+        let promising = if promising * sum[0].max(sum[1]) >= f32::MIN_POSITIVE { promising } else { 0.0 };
+        let by_expectation = [0, 1].map(|g| match promising * sum[g] >= f32::MIN_POSITIVE {
             true => (1.0 - BY_FLUX - EVENLY) * flux[g] / (promising * sum[g]),
             false => 0.0,
         });

@@ -639,6 +639,20 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4, 5, 6, 7].map(|k| missed(0.5 + 0.00137 * k as f32)), [0; 8]);
     }
 
+    /// A luminaire so faint that what it brings can't be divided by: 6e-45 once made the number of cone rays none at all.
+    #[test]
+    fn what_is_nearly_dark_is_a_number_of_rays_too() {
+        for strength in [0.0, 1e-45, 1e-42, 1e-39, 1e-37, 1e-30, 1.0] {
+            let mut all = flat(Vec3::new(1.0, 0.4, 2.0), 0.2, 20);
+            all.iter_mut().for_each(|r| r.strength = strength);
+            let records = Records::new(all, &HashMap::new());
+            let cones = Cones::new(&records, Vec3::ZERO, Vec3::Z);
+            let shares: f32 = cones.iter().map(|c| c.2).sum();
+            assert!((1.0..=4.0).contains(&cones.need()), "{strength}: {}", cones.need());
+            assert!(cones.effective() >= 0.99 && (shares - 1.0).abs() < 1e-5, "{strength}: {shares}");
+        }
+    }
+
     /// One image that is known, and as much flux from all over a lens: the lens is not taken for a luminaire as large as it looks.
     #[test]
     fn what_no_image_explains_leaves_room_for_one_that_is_known() {
