@@ -197,7 +197,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub solution: SolutionArgs,
     /// Gather rays per visible point
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub gather_rays: u32,
     /// Shadow rays per visible point
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65536))]

@@ -505,7 +505,7 @@ fn defaults_can_be_read_back() {
     let b = Bench::new();
     let list = b.run(&["render", "--defaults"]);
     assert_eq!((list.code, list.err.as_str()), (0, ""));
-    for line in ["--gather-rays 32", "--mode zonal", "# --spp N", "# --lenient"] {
+    for line in ["--gather-rays 48", "--mode zonal", "# --spp N", "# --lenient"] {
         assert!(list.out.lines().any(|l| l.starts_with(line)), "{line} is not in {}", list.out);
     }
     b.write("words", &list.out.replace("--mode zonal", "--mode path"));

@@ -57,7 +57,7 @@ fn surprise_makes_more_particles_and_every_part_the_same() {
     let b = Bench::new();
     b.write("mirrors.pbrt", &scene(100, true));
     let render = |spp: &str, more: &[&str]| {
-        let args = ["render", "mirrors.pbrt", "--zone-budget", "500", "--spp", spp];
+        let args = ["render", "mirrors.pbrt", "--zone-budget", "500", "--gather-rays", "32", "--spp", spp];
         let run = b.run(&[&args, more].concat());
         assert_eq!(run.code, 0, "{}", run.err);
         run

@@ -65,7 +65,7 @@ fn main() -> Result<(), Failure> {
     let strategy = option("strategy", "adaptive");
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
     let plan = GatherPlan {
-        rays: option("gather", "32").parse()?,
+        rays: option("gather", "48").parse()?,
         shadow_rays: option("shadow", "8").parse()?,
         strategy,
     };

@@ -219,13 +219,27 @@ fn worth(walker: &Walker, s: &Surface, bsdf: &Bsdf, wo: Vec3) -> f32 {
     }
 }
 
-/// As many as there are images, but no more than the plan's own rays (of twelve ways to share rays between the two in four
-/// scenes, this had the least error in the same time), or more where few of them meet the luminaire that they are for.
-fn cone_rays(cones: &Cones, plan: &GatherPlan) -> u32 {
+/// Cone rays over the plan's own, at least and at most.
+type ConeShares = [f32; 2];
+
+/// Those of a sensor: it is cautious until it has met enough of what shines by mirrors, so it asks in full.
+const CAUTIOUS: ConeShares = [0.25, 1.0];
+
+/// Those of a surface: fewer the less of the flux there is `recorded`, for rays go by what they have to tell (J. Neyman 1934; of the shares tried in five
+/// scenes these had the least error in the same time).
+fn cone_shares(recorded: f32) -> ConeShares {
+    const LEAST: f32 = 0.125;
+    [LEAST, (1.4 * recorded).clamp(LEAST, 1.0)]
+}
+
+/// As many as there are images, within `shares`; more where few rays meet the luminaire that they are for.
+fn cone_rays(cones: &Cones, plan: &GatherPlan, shares: ConeShares) -> u32 {
     let need = |rays: f32| (rays * cones.need()).ceil() as u32;
+    let [least, most] = shares.map(|share| plan.rays as f32 * share);
+    let least = least.ceil() as u32;
     match cones.is_empty() {
         true => 0,
-        false => need(cones.effective()).clamp(plan.rays.div_ceil(4), need(plan.rays as f32)).max(1),
+        false => need(cones.effective()).clamp(least, need(most).max(least)),
     }
 }
 
@@ -262,7 +276,11 @@ impl<'a> Point<'a> {
             Some(zones) if !zones.records().is_empty() => Lent::new(zones.records(), s.p, s.facing()),
             _ => Lent::none(),
         };
-        let cone_rays = cone_rays(&cones, plan);
+        let shares = match &broad.prediction {
+            Some(prediction) if s.t > 0.0 => cone_shares(prediction.recorded()),
+            _ => CAUTIOUS,
+        };
+        let cone_rays = cone_rays(&cones, plan, shares);
         let receiver = Receiver::surface(s, bsdf);
         let looks = walker.world.hints.looks(&receiver, plan.rays);
         let rays = broad.own.iter().sum::<u32>() + broad.guided + cone_rays;

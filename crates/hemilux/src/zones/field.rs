@@ -12,6 +12,7 @@
 //! Invariants: the density integrates to 1 over the square; [`Prediction::sample`] and [`Prediction::pdf_solid_angle`] agree.
 
 use super::kd::{Kd, Placed, morton};
+use super::particles::RECORDED;
 use super::wire::wire;
 use hemilux_scene::geom::{Frame, Vec3};
 use hemiquad::map::{Cosine, Dir, Map, Uv};
@@ -48,6 +49,8 @@ struct Leaf {
     frame: Frame,
     /// Root quad.
     root: u32,
+    /// See [`Prediction::recorded`].
+    recorded: f32,
 }
 
 /// The prediction of a whole scene.
@@ -74,7 +77,7 @@ const FAINTEST: f32 = 1.0 / 512.0;
 const BITS: u32 = 10;
 
 wire!(Quad { share, child });
-wire!(Leaf { frame, root });
+wire!(Leaf { frame, root, recorded });
 wire!(Field { kd, leaves, quads });
 
 impl Placed for Incidence {
@@ -169,8 +172,18 @@ impl Leaf {
         let mut quads = Vec::new();
         cut(&codes, 0, total, &mut quads);
         mix(&mut quads, 0, 1.0, 1.0);
-        (Leaf { frame, root: 0 }, quads)
+        (Leaf { frame, root: 0, recorded: recorded(group) }, quads)
     }
+}
+
+/// See [`Prediction::recorded`].
+fn recorded(group: &[Incidence]) -> f32 {
+    let flux = |is_recorded: bool| {
+        group.iter().filter(|i| i.recorded.is_some() == is_recorded).map(|i| i.flux).sum::<f32>()
+    };
+    // Most of what is recorded weighs less than its flux here.
+    let (recorded, other) = (flux(true) / RECORDED, flux(false));
+    if recorded > 0.0 { recorded / (recorded + other) } else { 0.0 }
 }
 
 /// Cut a square that holds `codes` (sorted, equal in the first `depth` digits); returns its node.
@@ -219,6 +232,12 @@ pub struct Prediction<'a> {
 }
 
 impl Prediction<'_> {
+    /// Share of the flux there that records say of whence it came, 0 to 1.
+    #[inline]
+    pub fn recorded(&self) -> f32 {
+        self.leaf.recorded
+    }
+
     /// The normal of the hemisphere it covers.
     #[inline]
     pub fn normal(&self) -> Vec3 {
@@ -339,6 +358,21 @@ mod tests {
             .sum::<f64>()
             / 400_000.0;
         assert!((all - 1.0).abs() < 0.01, "{all}");
+    }
+
+    /// Of what arrives where x < 0.5 half the flux is recorded (and weighs a quarter), elsewhere none.
+    #[test]
+    fn a_neighbourhood_knows_how_much_of_its_flux_is_recorded() {
+        let mut all = arrivals(20_000);
+        for (i, a) in all.iter_mut().enumerate().filter(|(_, a)| a.p.x < 0.5) {
+            if i % 2 == 0 {
+                (a.recorded, a.flux) = (Some(3), RECORDED * a.flux);
+            }
+        }
+        let field = Field::new(all);
+        let share = |x: f32| field.near(Vec3::new(x, 0.3, 0.0), Vec3::Z).unwrap().recorded();
+        assert!((share(0.2) - 0.5).abs() < 0.1, "{}", share(0.2));
+        assert_eq!(share(0.8), 0.0);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The file form of a zonal solution (`.hlxz`): a header, then raw little-endian arrays, then a CRC.
 //!
-//! Layout: magic `HLXZONE9`, scene hash u64, zone budget u32, zone count u32, particles u64, ledger (5 × 3 f64, rays
+//! Layout: magic `HLXZON10`, scene hash u64, zone budget u32, zone count u32, particles u64, ledger (5 × 3 f64, rays
 //! u64), then per zone side: total 3 × f32, caustic 3 × f32, glints 3 × f32, error f32; then the bright zones and what steers gathers
 //! (records, field; see [`super::wire`]); last CRC-32 (IEEE) of all before it. The cut
 //! itself is not stored: it follows from scene and budget, and reading makes it anew.
@@ -15,7 +15,7 @@ use hemilux_scene::Rgb;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-const MAGIC: &[u8; 8] = b"HLXZONE9";
+const MAGIC: &[u8; 8] = b"HLXZON10";
 
 /// Why a file is not the zonal solution that was wanted.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +24,7 @@ pub enum ZoneFileError {
     #[error("{0}")]
     Io(#[from] io::Error),
     /// Not such a file, or another version of it.
-    #[error("not a zonal solution of this version (magic HLXZONE9 missing)")]
+    #[error("not a zonal solution of this version (magic HLXZON10 missing)")]
     Magic,
     /// Cut short or altered.
     #[error("the file is damaged: {0}")]

@@ -148,7 +148,7 @@ pub fn most(particles: u64) -> usize {
 
 /// What a recorded arrival weighs there where its signature is recorded often: cones look for the same, so broad strata need to mind it
 /// less. ...
-const RECORDED: f32 = 0.25;
+pub(super) const RECORDED: f32 = 0.25;
 /// ... Where that is recorded seldom, others like it are not recorded at all.
 const SELDOM: u32 = 8;
 /// What an arrival through mirrors and glass weighs that is not recorded, for its source is large (a panel, a sky): beside every
