@@ -200,7 +200,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub gather_rays: u32,
     /// Shadow rays per visible point
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub shadow_rays: u32,
     /// Looks of PNG files.
     #[command(flatten)]

@@ -66,7 +66,7 @@ fn main() -> Result<(), Failure> {
     let strategy = Strategy::ALL.iter().find(|s| s.0 == strategy).ok_or("unknown strategy")?.1;
     let plan = GatherPlan {
         rays: option("gather", "48").parse()?,
-        shadow_rays: option("shadow", "8").parse()?,
+        shadow_rays: option("shadow", "12").parse()?,
         strategy,
     };
     println!("mode   | render s | zones s | spp | relMSE | trimmed | plain | mean ratio R G B | Mray/s");
