@@ -228,8 +228,8 @@ const LEAST_CONES: f32 = 0.25;
 /// Those of a sensor: it is cautious until it has met enough of what shines by mirrors, so it asks in full.
 const CAUTIOUS: ConeShares = [LEAST_CONES, 1.0];
 
-/// Those of a surface: fewer the less of the flux there is `recorded`, for rays go by what they have to tell (J. Neyman 1934; of the shares tried in eight
-/// scenes these had the least error in the same time).
+/// Those of a surface: fewer the less of the flux there is `recorded`, for rays go by what they have to tell (J. Neyman 1934). The factor is a compromise
+/// of the scenes it was tried in (docs/measurements.md, "Where the rays go and what they bring").
 fn cone_shares(recorded: f32) -> ConeShares {
     [LEAST_CONES, (1.4 * recorded).clamp(LEAST_CONES, 1.0)]
 }
